@@ -96,9 +96,7 @@ def steps(settings: Settings) -> tuple[float, float]:
     limit = _limit(settings)
     stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
     number = limit.more * stiff / limit.step + 200.0 + sum(_late_steps(settings))
-    return settings.relaxation_time / limit.step if settings.relaxes else 0.0, number * (
-        3.0 if settings.integrator == "rk3" else 1.0
-    )
+    return settings.relaxation_time / limit.step if settings.relaxes else 0.0, number
 
 
 def _late_steps(settings: Settings) -> list[float]:

@@ -148,9 +148,6 @@ class Settings(_Keys):
                 'conductivity needs viscosity = "reconstructed", viscosity_switch = "none" and gradients that are not '
                 '"corrected"'
             )
-        rims = boundaries.having("RIM")
-        if self.rim == "stressed" and not set(rims) & set(sides_and_floor.chosen(self.target, self.sides, self.floor)):
-            raise ValueError(f'rim = "stressed" needs sides or a floor that are {" or ".join(rims)}')
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
         if self.late is not None and self.late.switches[-1][0] >= self.end_time:

@@ -29,11 +29,8 @@ from sph.settings import Settings
 from sph.stepping import flow_reynolds, individual_steps, sides_and_floor, watch
 from sph.stepping.history import History
 from sph.stepping.integrator import Integrator
-from sph.stepping.runge_kutta import RungeKutta
 from sph.stepping.surroundings import Surroundings
 from sph.viscosity import reconstructed
-
-INTEGRATORS: dict[str, type[Integrator]] = {"leapfrog": Integrator, "rk3": RungeKutta}
 
 
 class Simulation:
@@ -69,7 +66,7 @@ class Simulation:
         around = Surroundings(
             s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius, s.symmetry
         )
-        return INTEGRATORS[s.integrator](cloud, self.materials, self.radius, s, around)
+        return Integrator(cloud, self.materials, self.radius, s, around)
 
     @property
     def bottom(self) -> float:

@@ -25,7 +25,6 @@ from sph.outcome import stage_report
 from sph.settings import Settings
 from sph.simulation import Simulation
 from sph.stepping import sides_and_floor
-from sph.viscosity import switch
 
 
 def idle_sources(settings: Settings) -> set[Path]:
@@ -33,15 +32,13 @@ def idle_sources(settings: Settings) -> set[Path]:
     chosen = {
         "pairs/smoothing": settings.smoothing == "density", "pairs/start_volumes": settings.volumes == "start",
         "stepping/late": settings.late is not None,
-        "stepping/runge_kutta": settings.integrator == "rk3",
         **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
-        "pairs/artificial_stress": settings.artificial_stress > 0.0,
         "pairs/gradients": settings.gradients == "corrected",
         "pairs/lattice_gradients": settings.gradients == "normalised",
-        "pairs/length_terms": settings.length_terms, "boundary/stressed_rim": settings.rim == "stressed",
+        "pairs/length_terms": settings.length_terms,
         "../matter/geometry/tree": settings.target.attracts, "pairs/conductivity": settings.conductivity > 0.0,
         "viscosity/reconstructed": settings.viscosity == "reconstructed",
-        **{f"viscosity/{name}": settings.viscosity_switch == name for name in switch.LAWS},
+        "viscosity/morris_monaghan": settings.viscosity_switch == "morris_monaghan",
     }  # fmt: skip
     return (
         used_laws.idle_sources(settings.chosen_materials())

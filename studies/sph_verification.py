@@ -24,12 +24,12 @@ os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 
 import numpy as np
 
-from fixtures import blast, columns, quiet_end, rings, shock_tube, shocks, slopes, solutions
+from fixtures import blast, columns, quiet_end, shock_tube, shocks, slopes, solutions
 from matter.files import archive
 from sph.materials.rows import collect
 from sph.shock_states import compaction_wave
 
-SHELLS = [(5_000, sums, switch) for switch in (None, "balsara", "morris_monaghan") for sums in ("plain", "corrected")]
+SHELLS = [(5_000, sums, switch) for switch in (None, "morris_monaghan") for sums in ("plain", "corrected")]
 SHELLS += [
     *((n, "plain", None) for n in (10_000, 20_000)),
     (10_000, "plain", "morris_monaghan"),
@@ -117,17 +117,6 @@ def stopped(particles: int, **options) -> list[dict]:
     ]
 
 
-def rung() -> list[dict]:
-    """Rows of the rings."""
-    energy, parting, pieces, largest = rings.rings()
-    return [
-        solved("rubber rings: change of the total energy over the kinetic", lambda: energy, 0.0, 0.02, False),
-        solved("... pieces", lambda: pieces, 2.0, 0.0),
-        solved("... the larger one's share of the particles", lambda: largest, 0.5, 0.0),
-        {"what": "... speed of parting over that of meeting", "value": parting},
-    ]
-
-
 def pulled() -> list[dict]:
     """The rod's exponent."""
     rates = np.array([3.0, 10.0, 30.0, 100.0, 300.0, 1000.0])
@@ -182,17 +171,7 @@ def rest() -> dict[str, Callable[[], list[dict]]]:
         ),
         solved("... 2 deg above it", lambda: slopes.slope(angle + more), free, 0.3),
     ]
-    found["slope on a stressed rim"] = lambda: [
-        solved(
-            "dry slope on a stressed rim, 2 deg below its angle",
-            lambda: slopes.slope(angle - more, rock=False),
-            0.0,
-            0.01,
-            False,
-        ),
-        solved("... 2 deg above it", lambda: slopes.slope(angle + more, rock=False), free, 0.3),
-    ]
-    found["rod"], found["rings"] = pulled, rung
+    found["rod"] = pulled
     for sums in ("plain", "corrected"):
         found[f"spin, {sums}"] = partial(spun, sums)
     for particles, sums, switch in SHELLS:

@@ -5,14 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from types import ModuleType
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from sph.boundary import fixed, periodic, quiet, stressed_rim, wall
+from sph.boundary import fixed, periodic, quiet, wall
 from sph.boundary.images import Images
 from sph.kernels import cubic_spline, dispatch
-from sph.pairs.row import SUPPORT, VOLUME, WIDTH, XX, XZ, YY, ZZ, X, Z
 
 SUPPORT_OF_ONE = 2.0
 """Support radius of the drawn lattices, in spacings."""
@@ -139,44 +138,9 @@ def layer(law: ModuleType, axes: Any) -> str:
     )
 
 
-class _Listed(NamedTuple):
-    index: np.ndarray
-    entry: np.ndarray
-    count: np.ndarray
-
-
-def leaned_on(law: ModuleType, axes: Any) -> str:
-    """A rim before and after it has taken the stress of the ground on it."""
-    place = np.array(list(itertools.product(range(5), range(5), np.arange(10) + 0.5)), dtype=float)
-    row = np.zeros((len(place), WIDTH))
-    row[:, X : X + 3] = place
-    row[:, VOLUME], row[:, SUPPORT] = 1.0, 2.6
-    still = place[:, 2] < 3.0
-    load = 10.0 - place[:, 2]
-    for column, share in ((XX, -0.5), (YY, -0.5), (ZZ, -1.0), (XZ, 0.4)):
-        row[:, column] = np.where(still, 0.0, share * load)
-    near = [np.flatnonzero((np.linalg.norm(place - p, axis=1) < 2.6) & (np.abs(place - p).sum(1) > 0)) for p in place]
-    count = np.array([len(n) for n in near])
-    listed = _Listed(np.concatenate(near), np.concatenate([[0], np.cumsum(count)[:-1]]), count)
-    before = row.copy()
-    stressed_rim.carry(row, listed, still, None, 0)
-    mid = (place[:, 0] == 2) & (place[:, 1] == 2)
-    for axis, column, words in ((axes[0], ZZ, "normal stress"), (axes[1], XZ, "shear stress")):
-        axis.plot(before[mid, column], row[mid, Z], "o-", color="0.7", label="before")
-        axis.plot(row[mid, column], row[mid, Z], "k.-", label="carried over")
-        axis.axhspan(0, 3, color="C0", alpha=0.12)
-        axis.set(xlabel=f"{words} [weight of one layer]", ylabel="height [spacings]", ylim=(0, 10))
-    axes[0].legend()
-    return (
-        "A column of ground under its weight and a shear, on a rim (blue) that began without stress: after carrying "
-        "over, the rim answers with the stress of what leans on it, layer by layer as far as a kernel reaches."
-    )
-
-
 DRAWN = {
     "sph/kernels/": kernel,
     "sph/boundary/": edge,
     "sph/boundary/images": images,
     "sph/boundary/quiet": layer,
-    "sph/boundary/stressed_rim": leaned_on,
 }

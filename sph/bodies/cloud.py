@@ -244,16 +244,14 @@ class Neighbourhood:
         else:
             self.pairs = self.images.listed(self.places, reach, self.half_width)
 
-    def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> bool:
-        """Rebuild if needed; True when the cloud was sorted anew."""
+    def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
+        """Rebuild if needed, which sorts the cloud anew."""
         self.age += dt
         room = 0.5 * (self.reach - cloud.support_radius)
         if room.min() < 0.0:  # a support has grown beyond its listing
             self.rebuild(cloud, dt, time)
-            return True
+            return
         least = 1 if self.age < self.good_for else 0
         moved_further(cloud.position, self.places, room, cloud.neighbours, least, self._parts)
-        if not self._parts.any() and (self.images is None or not self.images.stale(time)):
-            return False
-        self.rebuild(cloud, dt, time)
-        return True
+        if self._parts.any() or (self.images is not None and self.images.stale(time)):
+            self.rebuild(cloud, dt, time)

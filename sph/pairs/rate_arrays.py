@@ -18,7 +18,6 @@ class Sums(NamedTuple):
     energy: np.ndarray
     stress: np.ndarray
     divergence: np.ndarray
-    curl: np.ndarray
     approach: np.ndarray
     number: np.ndarray
     strain_rate: np.ndarray
@@ -28,14 +27,12 @@ class Rates:
     """Time derivatives and by-products of one evaluation, kept from step to step.
 
     ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of
-    velocity [1/s], ``curl`` the size of its curl [1/s] (only where a switch of the viscosity asks for it),
-    ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
+    velocity [1/s], ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
     """
 
-    def __init__(self, n: int, curl: bool = False, strain_rate: bool = False):
+    def __init__(self, n: int, strain_rate: bool = False):
         self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
         self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
-        self.curl = np.zeros(n if curl else 0)
         self.strain_rate = np.zeros((n if strain_rate else 0, 6))
         self.count = np.zeros(n, dtype=np.int32)
 
@@ -48,7 +45,6 @@ class Rates:
             self.energy,
             self.stress,
             self.divergence,
-            self.curl,
             self.approach,
             self.count,
             self.strain_rate,

@@ -33,7 +33,7 @@ import numpy as np
 from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
 from matter.compilation.jit import fast_min, parallel_kernel, prange
 from sph.kernels import dispatch as kernels
-from sph.pairs import artificial_stress, conductivity
+from sph.pairs import conductivity
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import (
     ENERGY,
@@ -72,7 +72,7 @@ _BLOCK = 64
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
-    kernel, start_volumes, corrected, switched, artificial_stress_taken, reconstructed, conducting = scheme
+    kernel, start_volumes, corrected, switched, reconstructed, conducting = scheme
     second_rows, second_width = scheme.second_rows, scheme.second_width
 
     @parallel_kernel(fastmath=True)
@@ -80,10 +80,9 @@ def pair_loop(scheme: Scheme):
         row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
-        divergence, curl, approach, number = out.divergence, out.curl, out.approach, out.number
+        divergence, approach, number = out.divergence, out.approach, out.number
         strain_rate = out.strain_rate
         n = len(number)  # rows behind these are images: read, never written
-        at_spacing = kernels.kernel(kernel, damping.near, 1.0)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             most = 0
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
@@ -166,16 +165,6 @@ def pair_loop(scheme: Scheme):
                     w = V * before
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
-                    if artificial_stress_taken:
-                        closeness = kernels.kernel(kernel, r, hij) * hij * hij * hij / at_spacing
-                        pull = (
-                            dx * (sxx * dx + 2.0 * (sxy * dy + sxz * dz))
-                            + dy * (syy * dy + 2.0 * syz * dz)
-                            + szz * dz * dz
-                        )
-                        apart = w * artificial_stress.pressure(pull, closeness, r2, hij, damping.artificial_stress)
-                        heat += 0.5 * apart * vr * F
-                        push += apart
                     if not corrected:
                         ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
                         ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
@@ -266,8 +255,6 @@ def pair_loop(scheme: Scheme):
                         czz * thin,
                     )
                 divergence[i] = trace
-                if switched:
-                    curl[i] = math.sqrt((lzy - lyz) ** 2 + (lxz - lzx) ** 2 + (lyx - lxy) ** 2)
                 approach[i] = -slowest
                 number[i] = int(near) - (padded - many)
                 G = matter.shear[matter.material[i]]
@@ -338,8 +325,6 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     The rows are turned by ``sph.pairs.start_volumes`` where the scheme takes the volumes of the start, and have second
     rows and ``inverse`` where it asks for them (``sph.gradients``, ``sph.viscosity_switch``).
     """
-    if scheme.switched and len(out.curl) == 0:
-        raise ValueError("a switch of the viscosity asks for the curl: Rates(n, curl=True)")
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
     if scheme.conducting and (scheme.corrected or scheme.switched):

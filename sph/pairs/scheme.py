@@ -14,15 +14,14 @@ class Scheme(NamedTuple):
     """The choices, named as in a case file.
 
     kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected :
-    ``gradients = "corrected"``; switched : a ``viscosity_switch``;  artificial_stress : whether there is any;
-    reconstructed : ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``.
+    ``gradients = "corrected"``; switched : a ``viscosity_switch``;  reconstructed :
+    ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``.
     """
 
     kernel: int = 0
     start_volumes: bool = False
     corrected: bool = False
     switched: bool = False
-    artificial_stress: bool = False
     reconstructed: bool = False
     conducting: bool = False
 
@@ -75,13 +74,11 @@ class Matter(NamedTuple):
 
 
 class Damping(NamedTuple):
-    """Coefficients of the artificial viscosity (``sph.viscosity``), of the artificial stress
-    (``sph.artificial_stress``) and of the artificial conductivity (``sph.conductivity``); ``near``: spacing over
-    support (of ``sph.viscosity.reconstructed`` and of the artificial stress)."""
+    """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial conductivity
+    (``sph.conductivity``); ``near``: spacing over support (of ``sph.viscosity.reconstructed``)."""
 
     alpha: float
     beta: float
-    artificial_stress: float = 0.0
     near: float = 0.5
     conductivity: float = 0.0
 

@@ -1,8 +1,5 @@
 """The integrator of the shock stage: what a cloud is surrounded by, its evaluation of gravity and rates, its steps and
-their limits.
-
-The default steps by leapfrog (``sph.stepping.leapfrog``); ``sph.stepping.runge_kutta`` takes over the rest and steps
-otherwise.
+their limits. It steps by leapfrog (``sph.stepping.leapfrog``).
 """
 
 from __future__ import annotations
@@ -17,7 +14,6 @@ from matter.files import checkpoint
 from matter.geometry import tree
 from sph.bodies import symmetry
 from sph.bodies.cloud import PARTS, Cloud, Neighbourhood, moved_further
-from sph.boundary import stressed_rim as rims
 from sph.boundary.outside import Outside
 from sph.materials.rows import Materials
 from sph.pairs import gradients, length_terms, smoothing, start_volumes
@@ -27,11 +23,12 @@ from sph.pairs.scheme import Rows
 from sph.stepping import late, leapfrog, net_torque, state, timestep
 from sph.stepping.numerics import Numerics
 from sph.stepping.surroundings import Surroundings
+from sph.viscosity import morris_monaghan
 from sph.viscosity import switch as switches
 
 YOUNG = 0.002  # of sqrt(R^3 / G M)
 _NUMBERS: dict[str, type] = {
-    "time": float, "dt": float, "steps": int, "allowed": float, "gravity_time": float, "gravity_evaluations": int,
+    "time": float, "dt": float, "steps": int, "gravity_time": float, "gravity_evaluations": int,
     "gravity_correction": float,
 }  # fmt: skip
 """What of an ``Integrator`` a checkpoint holds beside arrays."""
@@ -57,14 +54,11 @@ class Integrator:
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
         self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
         self.images, self.edge, self.outside = around.images, around.edge, Outside(around)
-        self.damping = pair_rates.Damping(
-            numerics.alpha, numerics.beta, numerics.artificial_stress, 1.0 / numerics.support, numerics.conductivity
-        )
+        self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, 1.0 / numerics.support, numerics.conductivity)
         self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
         self.hold, self.why = False, "growth"
         self.soft: late.Soft | None = None
-        self.allowed = np.inf  # by control of the error, where there is any
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
@@ -73,7 +67,7 @@ class Integrator:
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
         self.evaluated = state.Evaluated(len(cloud))
-        self.rates = pair_rates.Rates(len(cloud), self.scheme.switched, self.scheme.reconstructed)
+        self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
@@ -82,15 +76,10 @@ class Integrator:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if materials.inertial and not self.scheme.reconstructed:
             raise InputError('inertial_friction needs viscosity = "reconstructed", which keeps the rates of strain')
-        if materials.harden:
-            if numerics.integrator != "leapfrog":
-                raise InputError(
-                    f"integrator {numerics.integrator!r} keeps no plastic strain, which a yield law needs"
-                )
-            if len(cloud.plastic_strain) == 0:
-                cloud.plastic_strain = np.zeros(len(cloud))
+        if materials.harden and len(cloud.plastic_strain) == 0:
+            cloud.plastic_strain = np.zeros(len(cloud))
         if self.scheme.switched:
-            cloud.viscosity = np.full(len(cloud), switches.LAWS[numerics.viscosity_switch].START)
+            cloud.viscosity = np.full(len(cloud), morris_monaghan.START)
 
     def state(self) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
         """Arrays and numbers that a resumed run needs to go on to the last bit, with those of cloud, rates, list and
@@ -203,10 +192,6 @@ class Integrator:
         if self.scheme.start_volumes:
             start_volumes.turn(e.row, cloud.start_density)
         self._fill_images()
-        if self.numerics.rim == "stressed" and self.edge is not None:
-            owner = None if self.images is None else self.images.owner
-            rims.carry(e.row, pairs, self.edge.fixed[cloud.identity], owner, self.scheme.kernel)
-            self._fill_images()
         if self.numerics.length_terms and self.limits_of_length is not None:
             length_terms.scale(
                 self.scheme,
@@ -265,15 +250,7 @@ class Integrator:
         """The share of the viscosity after a step."""
         if self.scheme.switched:
             c, r = self.cloud, self.rates
-            switches.follow(
-                self.numerics.viscosity_switch,
-                dt,
-                r.divergence,
-                r.curl,
-                self.evaluated.sound,
-                c.support_radius,
-                c.viscosity,
-            )
+            switches.follow(dt, r.divergence, self.evaluated.sound, c.support_radius, c.viscosity)
 
     def _follow_length(self) -> None:
         """Smoothing lengths after the density."""
@@ -310,8 +287,6 @@ class Integrator:
         )
         if self.dt > 0.0 and dt > 1.1 * self.dt:
             dt, why = 1.1 * self.dt, timestep.REASONS.index("growth")
-        if dt > self.allowed:
-            dt, why = self.allowed, timestep.REASONS.index("error")
         self.dt = dt
         left = until - self.time
         if dt >= left:

@@ -98,27 +98,17 @@ class Numerics(Model):
     length_terms: bool = Field(default_factory=_length_terms)
     """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to
     the density's rate (``sph.length_terms``); by default, where both are so, that of ``numerics``."""
-    rim: Literal["own", "stressed"] = "own"
-    """Stress of the fixed rim: ``own``, that of the start, which passes on half of a shear stress; or ``stressed`` as
-    what leans on it (``sph.boundary.stressed_rim``)."""
     gradients: Literal["plain", "normalised", "corrected"] = _of_set("gradients")
     """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves;
     ``sph.pairs.lattice_gradients``); ``corrected`` in force, density and heat too (for thin shells and spinning
     bodies, not for strong shocks; ``sph.gradients``); by default that of ``numerics``."""
-    viscosity_switch: Literal["none", "balsara", "morris_monaghan"] = "none"
-    """``none``: full viscosity everywhere; ``balsara``: less of it in shear (``sph.viscosity.balsara``);
-    ``morris_monaghan``: a twentieth of it where nothing has been compressed (``sph.viscosity.morris_monaghan``)."""
+    viscosity_switch: Literal["none", "morris_monaghan"] = "none"
+    """``none``: full viscosity everywhere; ``morris_monaghan``: a twentieth of it where nothing has been compressed
+    (``sph.viscosity.morris_monaghan``)."""
     conductivity: Annotated[float, Field(ge=0, le=20)] = Field(default_factory=_conductivity)
     """Coefficient of the artificial conductivity, which spreads what a strong shock's first step heats too much
     (``sph.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and without
     corrected gradients; by default, where all are so, that of ``numerics``."""
-    artificial_stress: Annotated[float, Field(ge=0, le=1)] = 0.0
-    """Strength of the repulsion that keeps particles from clumping in tension (``sph.artificial_stress``; 0: none)."""
-    integrator: Literal["leapfrog", "rk3"] = "leapfrog"
-    """Time integration: ``leapfrog`` (``sph.stepping.leapfrog``), or ``rk3`` with errors of a step below ``tolerance``
-    (``sph.stepping.runge_kutta``)."""
-    tolerance: Annotated[float, Field(gt=0, le=0.1)] = 1e-5
-    """With ``integrator = "rk3"``: largest relative error of a step."""
 
     @property
     def scheme(self) -> Scheme:
@@ -128,7 +118,6 @@ class Numerics(Model):
             start_volumes=self.volumes == "start",
             corrected=self.gradients == "corrected",
             switched=self.viscosity_switch != "none",
-            artificial_stress=self.artificial_stress > 0.0,
             reconstructed=self.viscosity == "reconstructed",
             conducting=self.conductivity > 0.0,
         )

@@ -7,7 +7,6 @@
     divergence    0.2 / |div v|          a Courant limit on c alone misses v dt at contact
     energy        0.3 (u + 0.05 c^2) / |du/dt|
     growth        1.1 times the step before
-    error         of a step with control of its error (``sph.stepping.runge_kutta``)
 
 c_l is the longitudinal speed where there is shear strength. Particles that have lost their neighbours have no say.
 
@@ -34,7 +33,7 @@ from sph.stepping.state import Evaluated, holding
 
 SOURCES = ("Monaghan1992",)
 
-REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth", "output", "error")
+REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth", "output")
 
 
 @parallel_kernel

@@ -19,9 +19,9 @@ START = LEAST = 0.05
 
 
 @law
-def share(before, dt, divergence, curl, c, h):
+def share(before, dt, divergence, c, h):
     """f after the step ``dt`` [s], from that ``before``, div v [1/s], the speed of sound c [m/s] and the support
-    radius h [m]; ``curl`` does not enter."""
+    radius h [m]."""
     source = max(-divergence, 0.0)
     fading = 0.4 * c / h
     return (before + dt * (source + fading * LEAST)) / (1.0 + dt * (source + fading))

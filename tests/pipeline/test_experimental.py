@@ -46,11 +46,10 @@ def test_what_is_not_marked_is_described_without_a_remark():
 
 
 def test_a_case_that_takes_one_is_told():
-    sets = ('sph.integrator="rk3"', "sph.tolerance=1e-4", "dem.contact.attractive_tail=false")
+    sets = ('dem.contact.sliding="clamp"', "dem.contact.attractive_tail=false")
     words = taken("valhalla_980km", "quick", sets)
     assert [line.split(" is ")[0] for line in words] == [
-        '[sph] integrator = "rk3"',
-        "[sph] tolerance = 0.0001",
+        '[dem.contact] sliding = "clamp"',
         "[dem.contact] attractive_tail = false",
     ]
     chosen = read.read(CASES / "valhalla_980km", "quick", sets)

@@ -199,40 +199,6 @@ def test_a_wall_returns_it_all():
     assert returned("wall", 4.0) > 0.9
 
 
-def sheared(rim, kernel="wendland"):
-    """Mean force along x in the two layers above a fixed rim under rock of one shear stress, over the stress by the
-    spacing; and the cloud."""
-    column = columns.Column(BASALT, 14, rim=rim, kernel=kernel)
-    i, c = column.integrator, column.cloud
-    order = np.argsort(c.identity)
-    i.edge = Edge(c.position[order, 2], c.support_radius[order], c.density[order], np.zeros(len(order)))
-    i.strength = True
-    c.stress[~i.edge.fixed[c.identity], 2] = 1e6
-    i.start()
-    rim = i.edge.fixed[c.identity]
-    bottom = float(c.position[~rim, 2].min())
-    near = ~rim & (c.position[:, 2] < bottom + 1.5 * column.gap)
-    return float(i.rates.acceleration[near, 0].mean()) * column.rho0 / 1e6, i
-
-
-@pytest.mark.validation
-def test_a_stressed_rim_passes_on_the_shear_of_what_lies_on_it():
-    """In even shear nothing above it is pushed; a rim with a stress of its own gives half of it away in one
-    support."""
-    force, i = sheared("stressed")
-    assert abs(force) < 0.01
-    rim = i.edge.fixed[i.cloud.identity]
-    assert not i.rates.acceleration[rim].any() and not i.rates.stress[rim].any() and not i.cloud.stress[rim].any()
-    assert i.evaluated.row[: len(rim)][rim, XZ].max() == pytest.approx(1e6)
-    assert abs(sheared("own")[0]) > 0.1
-    assert abs(sheared("stressed", "cubic_spline")[0]) < 0.01
-
-
-def test_a_stressed_rim_needs_a_rim():
-    with pytest.raises(ValueError, match="fixed or quiet"):
-        settings(rim="stressed")
-
-
 def test_a_fixed_rim_carries_weight_and_stays():
     """Basalt under its weight on a fixed rim, periodic across: the rim does not move, and the pressure above it stays
     the weight."""
@@ -255,7 +221,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     assert np.abs(c.velocity).max() < 0.01
 
 
-MACHINERY = {"dispatch", "edge", "images", "outside", "stressed_rim", "sides_and_floor"}
+MACHINERY = {"dispatch", "edge", "images", "outside", "sides_and_floor"}
 """Files of the folder that are no boundary."""
 
 

@@ -60,7 +60,7 @@ def test_heat_stays_in_its_material():
 def test_columns_that_others_take_are_not_shared(other):
     """The compiled loop would read a tensor or a share of the viscosity for heat and material."""
     c, second = _Cloud(216), np.zeros((216, 16))
-    out = rates.Rates(216, curl=True, strain_rate=True)
+    out = rates.Rates(216, strain_rate=True)
     with pytest.raises(ValueError, match="one place in the second rows"):
         chosen = scheme.Scheme(reconstructed=True, conducting=True, **{other: True})
         c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=1.0))
@@ -104,7 +104,7 @@ def test_single_particles_hardly_overshoot_at_first_contact():
 
 
 @pytest.mark.parametrize(
-    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "balsara"}, {"gradients": "corrected"}]
+    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "morris_monaghan"}, {"gradients": "corrected"}]
 )
 def test_asked_for_where_it_cannot_be_it_is_refused(other):
     with pytest.raises(ValueError, match="conductivity needs"):

@@ -75,7 +75,7 @@ def test_terms_of_the_supports_go_with_volumes_of_the_start():
 
 
 @pytest.mark.parametrize(
-    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "balsara"}, {"gradients": "corrected"}]
+    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "morris_monaghan"}, {"gradients": "corrected"}]
 )
 def test_conductivity_goes_with_the_viscosity_that_knows_the_smooth_flow(other):
     assert Numerics(numerics="reconstructed").conductivity == 8.0

@@ -29,10 +29,9 @@ def finished(folder, **changes):
     [
         (OBLIQUE | {"end_time": 6.0}, 1e-3),  # the layers take some 3 % of the projectile's energy by then
         (OBLIQUE | {"symmetry": "half", "end_time": 3.0}, 1e-3),
-        ({"integrator": "rk3", "end_time": 0.5}, 1e-5),
         ({"target": flat("block", gravity=9.81, width=24e3), "sides": "wall", "floor": "fixed"}, 1e-3),
     ],
-    ids=["quiet", "half", "rk3", "block"],
+    ids=["quiet", "half", "block"],
 )
 def test_what_weight_and_edges_gave_closes_the_ledger(changes, energy, tmp_path):
     report, first, last = finished(tmp_path, **changes)

@@ -46,18 +46,16 @@ class _Cloud:
         made[:, columns.YY], made[:, columns.YZ], made[:, columns.ZZ] = s[:, 3] - P, s[:, 4], -s[:, 0] - s[:, 3] - P
         return made
 
-    def evaluate(self, alpha=1.0, beta=2.0, stiffness=None, first=False, kernel="cubic_spline", artificial_stress=0.0):
+    def evaluate(self, alpha=1.0, beta=2.0, stiffness=None, first=False, kernel="cubic_spline"):
         out, row = rates.Rates(len(self.mass)), self.rows()
         if first:
             start_volumes.turn(row, self.start_density)
-        chosen = scheme.Scheme(
-            kernel=KERNELS.kind(kernel), start_volumes=first, artificial_stress=artificial_stress > 0.0
-        )
+        chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=first)
         self.summed(
             chosen,
             scheme.rows(row, start_density=self.start_density),
             out,
-            rates.Damping(alpha, beta, artificial_stress),
+            rates.Damping(alpha, beta),
             stiffness,
         )
         return out
@@ -74,9 +72,8 @@ class _Cloud:
     "options",
     [
         {},
-        pytest.param({"first": True}, marks=pytest.mark.validation),
-        {"kernel": "wendland", "artificial_stress": 0.3},
-        {"first": True, "artificial_stress": 0.3},
+        {"kernel": "wendland"},
+        {"first": True},
     ],
 )
 def test_pairs_keep_momentum_and_total_energy(options):

@@ -57,7 +57,7 @@ def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
     if chosen.start_volumes:
         start_volumes.turn(row, c.start_density)
     for name, slopes in (("with", second), ("without", second * ([0.0] * 6 + [1.0, 1.0]))):
-        out = rates.Rates(1000, curl=True, strain_rate=True)
+        out = rates.Rates(1000, strain_rate=True)
         c.summed(chosen, scheme.rows(row, slopes, c.start_density), out, rates.Damping(2.0, 10.0, near=0.5))
         force = c.mass[:, None] * out.acceleration
         assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()

@@ -1,4 +1,4 @@
-"""Plastic flow in the integrators: stress stays on the yield surface from step to step, and turns with the strain."""
+"""Plastic flow in the integrator: stress stays on the yield surface from step to step, and turns with the strain."""
 
 import numpy as np
 import pytest
@@ -8,13 +8,11 @@ from sph.bodies.cloud import Cloud
 from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
-from sph.stepping.integrator import Integrator
-from sph.stepping.runge_kutta import RungeKutta
 
 Y, G, RATE = 1e6, 22.7e9, 10.0
 
 
-def ball(kind):
+def ball():
     """A disordered ball of weak metal, 3 m across, turned and sheared: v_x = RATE z. So slow that waves do not
     matter."""
     materials = collect(("basalt",), {"basalt": Choice(damage="none", von_mises={"Y0": "1 MPa"})})
@@ -33,18 +31,17 @@ def ball(kind):
         np.zeros(n, np.int32),
         np.ones(n),
     )
-    i = columns.integrator(Cloud.of(body), materials, 2.0, kind, alpha=0.0, beta=0.0, tolerance=1e-2)
+    i = columns.integrator(Cloud.of(body), materials, 2.0, alpha=0.0, beta=0.0)
     i.damage = False
     i.cloud.velocity[:, 0] = RATE * i.cloud.position[:, 2]
     i.start()
     return i
 
 
-@pytest.mark.parametrize("kind", [Integrator, RungeKutta], ids=["leapfrog", "rk3"])
-def test_yielded_stress_stays_on_the_surface_and_turns_with_the_strain(kind):
+def test_yielded_stress_stays_on_the_surface_and_turns_with_the_strain():
     """Sheared by 20 yield strains and back by 4: the shear stress is k = Y / sqrt(3) along the strain, then -k, never
     more."""
-    i = ball(kind)
+    i = ball()
     k = Y / np.sqrt(3.0)
     yielding, step = k / G / RATE, 0.25 * k / G / RATE
     middle = np.argsort(np.linalg.norm(i.cloud.initial_position, axis=1))[:30]
