@@ -84,7 +84,7 @@ class Assembly(GrainList):
         check(grains)
         offset, self.self_gravity, self.outer = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
-        self.walls = walls.rows(walls_, float(grains.radius.max()))
+        self.walls = walls.rows(walls_)
         attract = self.self_gravity is not None or len(self.outer) > 0
         self.scheme = contact.scheme()._replace(offset=int(offset), attract=int(attract))
         if offset and not contact.springs_can_change:
