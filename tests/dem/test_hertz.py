@@ -228,7 +228,6 @@ def test_the_step_resolves_the_fastest_grain_and_the_smallest():
         ({"normal": "hertz", "tangential": "mindlin"}, "needs shell.elastic_modulus"),
         ({"cohesion": "sjkr"}, "needs shell.cohesion"),
         ({"shell": {"cohesion": 5.0}}, "names no law"),
-        ({"stiffness_rule": "kinetic"}, "needs expected_speed"),
         ({"shell": {"cohesion": 5.0, "shape": 0.0}, "cohesion": "zhang"}, "needs shape above zero"),
     ],
 )

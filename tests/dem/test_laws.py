@@ -96,7 +96,7 @@ def test_the_weaker_partner_rules_a_mixed_contact():
     assert table[0, 0, 2] == 0.5 and table[0, 1, 2] == 0.0
 
 
-def test_stiffness_rule_and_its_limit():
+def test_the_stiffness_and_its_limit():
     contact = Contact()
     radius, bulk, sound = np.array([1000.0]), 9.47e9, math.sqrt(9.47e9 / 917.0)
     mass = 1500.0 * 4 / 3 * math.pi * radius**3
@@ -108,15 +108,6 @@ def test_stiffness_rule_and_its_limit():
     assert contact.stiffness(radius, mass, "ice", 5e8)[0] == pytest.approx(5e8 * 1000.0 / 0.02)
     stiff = contact.stiffness(radius, mass, "ice", 1e12)[0]
     assert 2 * 1000.0 * math.sqrt(stiff / mass[0]) == pytest.approx(2 * sound)
-
-
-def test_the_kinetic_rule_keeps_a_collision_within_the_overlap():
-    contact = Contact(stiffness_rule="kinetic", expected_speed=2.0, static_overlap=0.01)
-    radius, mass = np.array([0.3]), np.array([100.0])
-    k = contact.stiffness(radius, mass, "ice", 0.0)[0]
-    # two such grains at 2 m/s: x = v sqrt(m / 2 k)
-    assert 2.0 * math.sqrt(mass[0] / (2 * k)) == pytest.approx(0.01 * 0.3 / math.sqrt(2.0))
-    assert contact.stiffness(radius, mass, "ice", 1e8)[0] == pytest.approx(1e8 * 0.3 / 0.01)
 
 
 def test_a_solid_of_a_density_of_its_own_has_its_own_sound_speed():
