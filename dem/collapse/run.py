@@ -268,8 +268,7 @@ class Collapse:
         notes = [
             "Ocean grains have no friction, rolling or twisting resistance; as spheres they still keep an angle of "
             "some 6 degrees.",
-            f"Sliding rule: {self.settings.contact.sliding}; attractive tail kept: "
-            f"{self.settings.contact.attractive_tail}.",
+            f"Attractive tail kept: {self.settings.contact.attractive_tail}.",
         ]
         if self.worst_overlap > self.settings.contact.overlap_warn:
             notes.append(

@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.contact.columns import HISTORY, LAID, USUAL
-from dem.laws import tangential_spring
 
 
 class Scheme(NamedTuple):
@@ -20,9 +19,8 @@ class Scheme(NamedTuple):
 
     ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families
     (``dem.laws.dispatch``); ``rescale`` what springs keep when their stiffness changes, a rule of the tangential law's
-    own (0: springs of constant stiffness); ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an
-    offset to their overlap (``dem.stiffness.change``); ``attract`` 1: grains attract each other
-    (``dem.grains.self_gravity``).
+    own (0: springs of constant stiffness); ``offset`` 1: contacts carry an offset to their overlap
+    (``dem.stiffness.change``); ``attract`` 1: grains attract each other (``dem.grains.self_gravity``).
     """
 
     normal: int = 0
@@ -31,7 +29,6 @@ class Scheme(NamedTuple):
     twisting: int = 0
     cohesion: int = 0
     rescale: int = 0
-    sliding: int = tangential_spring.CAP
     offset: int = 0
     attract: int = 0
 

@@ -26,7 +26,7 @@ from dem.contact.grain_law import OCEAN, SPECIES, GrainLaw
 from dem.contact.grain_solid import elastic
 from dem.contact.gravity import Field as Gravity
 from dem.contact.scheme import Scheme
-from dem.laws import dispatch, tangential_spring
+from dem.laws import dispatch
 from dem.laws.dispatch import FAMILIES, between, smaller
 from matter.case import material
 from matter.case.body import Model
@@ -80,8 +80,6 @@ class Contact(_Choices):
     grains has it (``dem.trials.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """Tangential over normal stiffness, k_t / k_n."""
-    sliding: Literal["cap", "clamp", "reset"] = "cap"
-    """What the tangential spring does at the Coulomb limit; see ``dem.laws.tangential_spring``."""
     attractive_tail: bool = True
     """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
@@ -206,7 +204,7 @@ class Contact(_Choices):
         kinds = {family.key: self.kind(family) for family in FAMILIES}
         law = self.law(dispatch.TANGENTIAL)
         rescale = law.rescale(self.choices(law)) if hasattr(law, "kept") else 0
-        return Scheme(**kinds, rescale=rescale, sliding=tangential_spring.RULES[self.sliding])
+        return Scheme(**kinds, rescale=rescale)
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""

@@ -165,7 +165,7 @@ def test_softening_ends_in_the_same_crater(tmp_path, carved):
         for part in ("2_sph", "4_handoff"):
             (run / part).symlink_to(carved / part)
         (run / "5_dem").mkdir()
-        contact = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5, "sliding": "cap"})
+        contact = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5})
         settings = SETTINGS.model_copy(
             update={"end_time": 900.0, "latest_time": 900.0, "contact": contact, **shortcuts}
         )
@@ -181,7 +181,7 @@ def test_softening_ends_in_the_same_crater(tmp_path, carved):
     assert ejected > 0.0 and ejected_two == pytest.approx(ejected, rel=0.05)
 
 
-SOFT = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5, "sliding": "cap"})
+SOFT = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5})
 SHORTCUTS = pytest.mark.parametrize(
     "changes",
     [{}, {"contact": SOFT, "stiffness": "following"}],

@@ -19,7 +19,7 @@ BOX = (
     Wall(PLANE, species=0), Wall(PLANE, direction=(1, 0, 0)), Wall(PLANE, point=(9.0, 0, 0), direction=(-1, 0, 0)),
     Wall(PLANE, direction=(0, 1, 0)), Wall(PLANE, point=(0, 9.0, 0), direction=(0, -1, 0)),
 )  # fmt: skip
-LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4, restitution=0.4), sliding="cap", static_overlap=0.02)
+LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4, restitution=0.4), static_overlap=0.02)
 DOWN = Field.constant((0.0, 0.0, -1.0))
 FLOOR = 9 * 0.6 * 0.24 * 2.0
 """Pressure of nine layers of such grains: k_n may fall to 9 * 0.6 * 0.24 / 0.02 r = 65 r."""
