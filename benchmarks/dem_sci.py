@@ -5,14 +5,14 @@ LIGGGHTS.
     python benchmarks/dem_sci.py --out runs/dem_sci --rates
         # afterwards, on a quiet machine: steps per second of both, and the ratio
     python benchmarks/dem_sci.py --out runs/small --grains 4000 --duration 60 --fixed
-        # springs that stay as they are, no sleep: to compare with
+        # springs that stay as they are: to compare with
 
 A bowl of 22 m radius (10,000 grains unless told otherwise, bulk density 1190 kg/m^3) under 1.2e-4 m/s^2 has the flow
 of Maxwell's Z-model (Z = 3): 1 m/s at the centre, u_r = 1 m/s (``CORE`` / r)^3 farther out, u_theta = u_r sin(theta) /
 (1 + cos(theta)), theta from straight down (Maxwell 1977, eqs 1-2). Followed for 600 s.
 
 The bed settles in springs for its weight; the collapse begins in springs that 1 m/s overlaps by 1 % of a radius
-(``springs_for``). The native run has following stiffness, sleeping grains and free flight; LIGGGHTS steps what the
+(``springs_for``). The native run has following stiffness and free flight; LIGGGHTS steps what the
 native engine still has in its search, with the step of the start, in stretches at four times.
 """
 
@@ -109,7 +109,7 @@ def settings(duration: float, economies: bool = True) -> stage.Settings:
     return stage.Settings(
         contact=CONTACT, end_time=duration, latest_time=duration, snapshot_interval=10.0, history_interval=2.0,
         still_interval=duration,
-        stiffness="following" if economies else "fixed", sleeping=economies, springs_for=SPEED,
+        stiffness="following" if economies else "fixed", springs_for=SPEED,
     )  # fmt: skip
 
 
@@ -167,7 +167,7 @@ def liggghts_rate(grains: Particles, box: Container, dt: float, skin: float, ran
 
 
 def native_rate(grains: Particles, box: Container, threads: int) -> float:
-    """Steps per second of the native engine on the same grains, fixed stiffness, no sleep."""
+    """Steps per second of the native engine on the same grains, fixed stiffness."""
     bed = Assembly(grains, CONTACT, box.walls(), Field.constant((0.0, 0.0, -GRAVITY)), threads=threads, skin=0.3)
     for _ in range(WARM):
         bed.step()
@@ -228,7 +228,7 @@ def main() -> None:
     parser.add_argument("--grains", type=int, default=10_000)
     parser.add_argument("--duration", type=float, default=600.0, help="simulated seconds")
     parser.add_argument("--rates", action="store_true", help="time both engines on the snapshots of the finished run")
-    parser.add_argument("--fixed", action="store_true", help="springs that stay as they are, and no sleep")
+    parser.add_argument("--fixed", action="store_true", help="springs that stay as they are")
     parser.add_argument("--ranks", type=int, default=0, help="0: all cores")
     given = parser.parse_args()
     if given.rates:

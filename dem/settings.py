@@ -68,8 +68,6 @@ class Settings(Model):
     own."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.stiffness.following``."""
-    sleeping: bool = False
-    """Skip grains at rest until something near them moves or pushes; see ``dem.sleeping``."""
     pull_interval: PositiveTime | None = None
     """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; as ``[bed]
     pull_interval``."""

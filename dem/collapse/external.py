@@ -64,10 +64,10 @@ class ExternalCollapse(Collapse):
 
     def __init__(self, settings: Settings, start: Particles, body: LayeredBody | FlatGround, out: Path):
         program.find(settings.engine)
-        if settings.stiffness != "fixed" or settings.sleeping:  # schemes of our own stepping
+        if settings.stiffness != "fixed":  # a scheme of our own stepping
             raise InputError(
-                f"[dem] stiffness = 'following' and sleeping need engine = 'native': {settings.engine} steps every "
-                f"grain with one stiffness"
+                f"[dem] stiffness = 'following' needs engine = 'native': {settings.engine} steps every grain with one "
+                f"stiffness"
             )
         loaded = any(
             np.any(start.tables.get(f"contacts/{name}", np.zeros((0, TOUCHING)))[:, :TOUCHING])

@@ -33,7 +33,7 @@ from dem.contact.columns import (
 )
 from dem.grains.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.settings import Settings
-from dem.stiffness import sleeping, stiffening
+from dem.stiffness import stiffening
 from dem.stiffness.following import LIMIT as STIFFNESS_LIMIT
 from dem.stiffness.following import Following
 from matter.cadence import Cadence
@@ -69,7 +69,7 @@ COLUMNS = (
     "angular_momentum_error", "energy_error",
     "overlap_max", "overlaps_above_warning", "contacts", "speed_max", "grains_active", "grains_ballistic",
     "grains_left", "booked_mass_kg",
-    "profile_change", "stiffness_change_J", "stiffness_over_start", "grains_asleep", "stiffness_excess_J",
+    "profile_change", "stiffness_change_J", "stiffness_over_start", "stiffness_excess_J",
     "dissipated_flight_J",
 )  # fmt: skip
 
@@ -113,7 +113,7 @@ class Collapse:
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt,
             threads=settling.threads_for(len(start)), skin=0.3,
             extras=Extras(
-                stiffer or settings.stiffness == "following", settings.sleeping, *whole_body.forces(body, settings)
+                stiffer or settings.stiffness == "following", *whole_body.forces(body, settings)
             ),
         )  # fmt: skip
         self.springs_energy = (self.bed.elastic, self.bed.elastic)
@@ -152,8 +152,6 @@ class Collapse:
                 flight_collisions.collide(bed, flight.EVERY * bed.dt)
                 flight.look(bed, self.domain)
                 flight.damp(bed, self.domain)
-            if settings.sleeping and bed.steps % sleeping.EVERY == 0:
-                sleeping.look(bed)
             bed.step()
             if self.following:
                 self.following.see()
@@ -202,7 +200,7 @@ class Collapse:
             *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], *off[1:], bed.worst, bed.over_warn, bed.contacts,
             bed.speed, bed.active,
             bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_GONE], self.still.change,
-            bed.stiffness_energy, bed.softness, int(np.count_nonzero(bed.asleep)), bed.stiffness_excess,
+            bed.stiffness_energy, bed.softness, bed.stiffness_excess,
             bed.lost_in_flight,
         ]  # fmt: skip
 
@@ -270,8 +268,7 @@ class Collapse:
         notes = [
             "Ocean grains have no friction, rolling or twisting resistance; as spheres they still keep an angle of "
             "some 6 degrees.",
-            f"Sliding rule: {self.settings.contact.sliding}; attractive tail kept: "
-            f"{self.settings.contact.attractive_tail}.",
+            f"Attractive tail kept: {self.settings.contact.attractive_tail}.",
         ]
         if self.worst_overlap > self.settings.contact.overlap_warn:
             notes.append(

@@ -30,10 +30,9 @@ def check(settings: Settings) -> None:
         raise InputError(
             f'[dem] engine = "{settings.engine}" knows no grains that attract each other: a whole body needs "native"'
         )
-    if settings.sleeping or settings.stiffness != "fixed":
+    if settings.stiffness != "fixed":
         raise InputError(
-            'sleeping and stiffness = "following" go by the weight of a bed on a floor: leave them out on an '
-            "ellipsoid or mesh"
+            'stiffness = "following" goes by the weight of a bed on a floor: leave it out on an ellipsoid or mesh'
         )
 
 

@@ -136,7 +136,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, lean = meeting
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
-    normal, rescale, rule = scheme.normal, scheme.rescale, scheme.sliding
+    normal, rescale = scheme.normal, scheme.rescale
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
     k = chosen.stiffness(normal, numbers.normal, overlap, bodies)
     pull = chosen.pull(scheme.cohesion, numbers.cohesion, overlap, bodies)
@@ -168,7 +168,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
             sy *= kept
             sz *= kept
         tx, ty, tz, sx, sy, sz = chosen.tangential_force(
-            scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load, rule
+            scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load
         )
         after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
@@ -195,7 +195,6 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                     kr,
                     damping * arm * arm,
                     numbers.rolling * arm * load,
-                    rule,
                 )
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 # sliding turns the spring of unequal grains too, but the moment works on their spins alone
@@ -215,7 +214,6 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                     kq,
                     2.0 * ct * arm * arm,
                     numbers.twisting * mu * arm * load,
-                    rule,
                 )
                 after = 0.5 * kq * phi * phi
                 spent += mt * twist_rate * dt - (after - before)

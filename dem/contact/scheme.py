@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.contact.columns import HISTORY, LAID, USUAL
-from dem.laws import tangential_spring
 
 
 class Scheme(NamedTuple):
@@ -20,9 +19,8 @@ class Scheme(NamedTuple):
 
     ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families
     (``dem.laws.dispatch``); ``rescale`` what springs keep when their stiffness changes, a rule of the tangential law's
-    own (0: springs of constant stiffness); ``sliding`` rule of ``tangential_spring``; ``offset`` 1: contacts carry an
-    offset to their overlap (``dem.stiffness.change``); ``sleep`` 1: rows without a grain awake near them are skipped
-    (``dem.sleeping``); ``attract`` 1: grains attract each other (``dem.grains.self_gravity``).
+    own (0: springs of constant stiffness); ``offset`` 1: contacts carry an offset to their overlap
+    (``dem.stiffness.change``); ``attract`` 1: grains attract each other (``dem.grains.self_gravity``).
     """
 
     normal: int = 0
@@ -31,9 +29,7 @@ class Scheme(NamedTuple):
     twisting: int = 0
     cohesion: int = 0
     rescale: int = 0
-    sliding: int = tangential_spring.CAP
     offset: int = 0
-    sleep: int = 0
     attract: int = 0
 
     @property
@@ -81,13 +77,11 @@ class Grains(NamedTuple):
 
 
 class Listed(NamedTuple):
-    """The half list: grains ``first`` and ``col`` (m,) of each entry, ``todo`` the entries of live rows (with
-    sleepers), ``known`` (m,) 1 where the history is not empty, ``hist`` (m, columns), ``table`` (species, species,
-    columns) the numbers of a contact."""
+    """The half list: grains ``first`` and ``col`` (m,) of each entry, ``known`` (m,) 1 where the history is not
+    empty, ``hist`` (m, columns), ``table`` (species, species, columns) the numbers of a contact."""
 
     first: np.ndarray
     col: np.ndarray
-    todo: np.ndarray
     known: np.ndarray
     hist: np.ndarray
     table: np.ndarray
@@ -121,21 +115,3 @@ class Outside(NamedTuple):
     weight: np.ndarray
     drag: np.ndarray
     pull: np.ndarray
-
-
-class Sleepers(NamedTuple):
-    """Who sleeps (``dem.sleeping``): ``asleep`` (n,) 1, or 2 for those to be woken; ``near`` (n,) awake or beside one
-    that is; ``live`` (n,) rows to evaluate; ``row_energy`` (n, 2) elastic energy [J] and contacts of each row and
-    ``wall_energy`` (n,) that at walls, when they last were; ``held`` (n, 6) running mean of what the acceleration
-    would be beyond ``rest`` (n, 6), that in which the grain fell asleep, over ``memory`` [s]; ``wake``: the share of
-    gravity at which it wakes."""
-
-    asleep: np.ndarray
-    near: np.ndarray
-    live: np.ndarray
-    row_energy: np.ndarray
-    wall_energy: np.ndarray
-    held: np.ndarray
-    rest: np.ndarray
-    wake: float
-    memory: float

@@ -26,7 +26,7 @@ from dem.contact.grain_law import OCEAN, SPECIES, GrainLaw
 from dem.contact.grain_solid import elastic
 from dem.contact.gravity import Field as Gravity
 from dem.contact.scheme import Scheme
-from dem.laws import dispatch, tangential_spring
+from dem.laws import dispatch
 from dem.laws.dispatch import FAMILIES, between, smaller
 from matter.case import material
 from matter.case.body import Model
@@ -80,20 +80,15 @@ class Contact(_Choices):
     grains has it (``dem.trials.friction_angle``)."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """Tangential over normal stiffness, k_t / k_n."""
-    sliding: Literal["cap", "clamp", "reset"] = "cap"
-    """What the tangential spring does at the Coulomb limit; see ``dem.laws.tangential_spring``."""
     attractive_tail: bool = True
     """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""
-    stiffness_rule: Literal["elastic", "kinetic"] = "elastic"
-    """``elastic``: k_n = max(P_floor r / x_max, min(2 K r, 33 P_floor r / x_max)), the solid's own stiffness where the
-    weight asks for it, else what holds the weight. ``kinetic``: max(P_floor r / x_max, m (v / (x_max r))^2) with
-    v = ``expected_speed`` (pkdgrav)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
-    """Overlap under the static load, x_max of ``stiffness_rule``, in grain radii."""
+    """Overlap under the static load, x_max, in grain radii: k_n = max(P_floor r / x_max, min(2 K r, 33 P_floor r /
+    x_max)), the solid's own stiffness where the weight asks for it, else what holds the weight."""
     wave_speed_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 2.0
     """The contact wave speed 2 r sqrt(k_n / m) never exceeds this times the sound speed of the grain's material."""
     stiffness_factor: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
-    """Multiplies k_n of every grain after the rule and its limit (a sensitivity test doubles it)."""
+    """Multiplies k_n of every grain after its limits (a sensitivity test doubles it)."""
     steps_per_contact: Annotated[int, Field(ge=8, le=1000)] = 30
     """Time step = shortest contact time / this."""
     overlap_warn: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.15
@@ -105,8 +100,7 @@ class Contact(_Choices):
     dashpot and booked."""
 
     expected_speed: PositiveSpeed | None = None
-    """Largest closing speed: of ``stiffness_rule = "kinetic"``, and that the step must resolve with ``hertz`` (the
-    grains' own at the start where larger)."""
+    """Largest closing speed that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
     rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
     """Largest step with ``hertz``, over the Rayleigh time of the smallest grain."""
 
@@ -116,10 +110,6 @@ class Contact(_Choices):
         if self.tangential != wanted:
             raise ValueError(
                 f'normal = "{self.normal}" goes with tangential = "{wanted}", not with "{self.tangential}"'
-            )
-        if self.stiffness_rule == "kinetic" and (self.expected_speed is None or not self.linear):
-            raise ValueError(
-                f'stiffness_rule = "kinetic" needs expected_speed, and normal = {_one_of(dispatch.NORMAL, "LINEAR")}'
             )
         self._check_cohesion()
         for family in FAMILIES:
@@ -214,7 +204,7 @@ class Contact(_Choices):
         kinds = {family.key: self.kind(family) for family in FAMILIES}
         law = self.law(dispatch.TANGENTIAL)
         rescale = law.rescale(self.choices(law)) if hasattr(law, "kept") else 0
-        return Scheme(**kinds, rescale=rescale, sliding=tangential_spring.RULES[self.sliding])
+        return Scheme(**kinds, rescale=rescale)
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""
@@ -270,8 +260,8 @@ class Contact(_Choices):
         self, radius: np.ndarray, mass: np.ndarray, material_name: str, floor_pressure: float,
         solid_density: float | None = None,
     ) -> np.ndarray:  # fmt: skip
-        """k_n of grains of one material [N/m] by ``stiffness_rule``, at least F_c / (x_max r), limited by the contact
-        wave speed.
+        """k_n of grains of one material [N/m] as ``static_overlap`` says, at least F_c / (x_max r), limited by the
+        contact wave speed.
 
         ``floor_pressure`` = g rho H of the bed [Pa]; ``solid_density`` as ``elastic`` takes it. The wave speed of a
         chain of such grains is 2 r sqrt(k_n / m). F_c is the pull of two such grains by a cohesion that does not
@@ -283,17 +273,13 @@ class Contact(_Choices):
             return np.asarray(law.grain_stiffness(radius, self.static_overlap, values))
         bulk, sound = elastic(material_name, solid_density)
         moving = np.minimum(2.0 * bulk, rest_springs.modulus(self.static_overlap, floor_pressure)) * radius
-        if self.stiffness_rule == "kinetic":
-            assert self.expected_speed is not None
-            moving = mass * (self.expected_speed / (self.static_overlap * radius)) ** 2
         k = np.maximum(floor_pressure * radius / self.static_overlap, moving)
         k = np.maximum(k, self.constant_pull(radius, species) / (self.static_overlap * radius))
         return np.minimum(k, self.stiffness_limit(radius, mass, sound)) * self.stiffness_factor
 
     def of_weight(self, material_name: str, floor_pressure: float, solid_density: float | None = None) -> bool:
         """Whether ``stiffness`` gives springs for the weight, softer than the solid's own."""
-        own = self.linear and self.stiffness_rule == "elastic"
-        return own and rest_springs.softer(self.static_overlap, floor_pressure, material_name, solid_density)
+        return self.linear and rest_springs.softer(self.static_overlap, floor_pressure, material_name, solid_density)
 
     def constant_pull(self, radius: np.ndarray, species: int = 0) -> np.ndarray:
         """Pull [N] of two equal grains by a cohesion that does not depend on the overlap; 0 for other laws."""

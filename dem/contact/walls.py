@@ -1,11 +1,10 @@
-"""Walls: plane, sphere, cone about a body's centre, surface of revolution (cylinder, funnel, disc), triangle mesh.
+"""Walls: plane, sphere, cone about a body's centre, surface of revolution (cylinder, funnel, disc).
 
 A wall is a row of numbers so that one kernel serves all kinds. The distance of a grain's centre from the wall is
 positive inside the domain; the overlap is r - distance. A wall is rigid and at rest: the contact uses the grain's own
 k_n and its whole mass.
 
-One wall touches a grain at one point at a time, the nearest. Walls that meet in a corner are therefore separate walls,
-and a mesh is cut into one wall for each of its smooth pieces (``walls_of``).
+One wall touches a grain at one point at a time, the nearest. Walls that meet in a corner are therefore separate walls.
 """
 
 from __future__ import annotations
@@ -13,21 +12,17 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from dem.contact import mesh_wall
 from dem.contact.columns import FRICTION, ROLLING, SHAPE, TWISTING
-from dem.contact.mesh_wall import Piece
 from matter.compilation.jit import kernel, law
 from matter.errors import InputError
 
-PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH = range(6)
+PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED = range(5)
 
 COLUMNS = 16
-"""Columns of a wall's row; that of a mesh goes on with its facets and their grid (``dem.contact.mesh_wall``)."""
+"""Columns of a wall's row."""
 KIND, POINT, DIRECTION, WALL_RADIUS, SINE, COSINE, TOP = 0, 1, 4, 7, 8, 9, 10
 """Of them: ``PLANE`` ..., point and direction (three columns each), radius [m], sine and cosine of the half angle, top
 [m]."""
@@ -35,21 +30,19 @@ LINE_P, LINE_A, LINE_DP, LINE_DA, LINE_LOW, LINE_HIGH, RIM_LOW, RIM_HIGH = range
 """Of a surface of revolution: start of the line (p, a) [m], its direction, its ends along it [m], and whether they are
 rims."""
 
-_mesh_distance = mesh_wall.distance
-
 
 @dataclass(frozen=True)
 class Wall:
     """One wall.
 
-    ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED, MESH; ``point`` a point of the plane, or the
+    ``kind`` one of PLANE, SPHERE_OUTSIDE, SPHERE_INSIDE, CONE, REVOLVED; ``point`` a point of the plane, or the
     centre, apex or origin of the axis; ``direction`` the normal of the plane into the domain, or the axis; ``radius``
     of the sphere [m]; ``half_angle`` of the cone [rad]; ``top`` distance from the apex above which the cone ends, or
     height along z above ``point`` above which a plane or the inside of a sphere ends [m]; ``species`` index whose pair
     with the grain's species gives the contact parameters, or -1 for a frictionless wall with the grain's own
     restitution; ``ends`` of the revolved line, (distance from the axis, height along it) each [m], felt from the left
     of the way from the first to the second; ``rims`` whether each end is a free edge that a grain can touch, rather
-    than a joint with another wall; ``piece`` of a mesh.
+    than a joint with another wall.
     """
 
     kind: int
@@ -61,11 +54,9 @@ class Wall:
     species: int = -1
     ends: tuple[tuple[float, float], tuple[float, float]] | None = None
     rims: tuple[bool, bool] = (True, True)
-    piece: Piece | None = None
 
-    def row(self, reach: float = 0.0) -> np.ndarray:
-        """The numbers that the kernel reads, shape (COLUMNS,) or, of a mesh, longer; ``reach`` [m] the largest radius
-        of a grain."""
+    def row(self) -> np.ndarray:
+        """The numbers that the kernel reads, shape (COLUMNS,)."""
         length = float(np.linalg.norm(self.direction))
         if length == 0.0:
             raise InputError("a wall needs a direction of non-zero length")
@@ -78,10 +69,6 @@ class Wall:
         row[TOP] = self.top
         if self.kind == REVOLVED:
             row[LINE_P : RIM_HIGH + 1] = self._line()
-        if self.kind == MESH:
-            if self.piece is None:
-                raise InputError("a wall of kind MESH needs a piece of a mesh")
-            return mesh_wall.row(self.piece, reach, MESH)
         return row
 
     def cylinder(self) -> tuple[float, float, float] | None:
@@ -166,28 +153,9 @@ def funnel(
     )
 
 
-def walls_of(source: Path | str | Any, species: int = -1, flip: bool = False, scale: float = 1.0) -> list[Wall]:
-    """The walls of a triangle mesh: an STL or PLY file, or a ``trimesh.Trimesh``; lengths are multiplied by ``scale``.
-
-    Grains lie on the side to which the facets' normals point, with ``flip`` on the other (the inside of a closed
-    body). Raises ``InputError`` when the file cannot be read, holds no facet of finite area, or has more than
-    ``mesh_wall.MOST_PIECES`` smooth pieces.
-    """
-    vertices, faces = mesh_wall.read(source)
-    vertices = vertices * scale
-    if flip:
-        faces = faces[:, ::-1]
-    return [Wall(MESH, species=species, piece=piece) for piece in mesh_wall.pieces(vertices, faces)]
-
-
-def rows(walls: Sequence[Wall], reach: float = 0.0) -> np.ndarray:
-    """Rows of all walls, shape (w, COLUMNS or that of the largest mesh); ``reach`` [m] the largest radius of a
-    grain."""
-    wall_rows = [wall.row(reach) for wall in walls]
-    out = np.zeros((len(walls), max([COLUMNS, *(len(row) for row in wall_rows)])))
-    for w, row in enumerate(wall_rows):
-        out[w, : len(row)] = row
-    return out
+def rows(walls: Sequence[Wall]) -> np.ndarray:
+    """Rows of all walls, shape (w, COLUMNS)."""
+    return np.array([wall.row() for wall in walls]).reshape(-1, COLUMNS)
 
 
 def tables(walls: Sequence[Wall], pair_table: np.ndarray) -> np.ndarray:
@@ -206,8 +174,6 @@ def distance(wall, x, y, z):
     """Distance of a point from the wall [m] (inf where the wall does not reach) and the unit vector from the point
     towards the wall."""
     kind = int(wall[KIND])
-    if kind == MESH:
-        return _mesh_distance(wall, x, y, z)
     x -= wall[POINT]
     y -= wall[POINT + 1]
     z -= wall[POINT + 2]

@@ -20,7 +20,7 @@ from matter.errors import InputError
 Deviation = Literal[
     "no_twist", "damping_by_size_class", "stiffness_by_size_class", "rolling_of_equal_spheres", "sliding_spring",
     "contacts_begin_unloaded",
-    "ejecta_not_slowed", "spin_not_damped", "smooth_core", "clamp_sliding", "springs_of_the_bed",
+    "ejecta_not_slowed", "spin_not_damped", "smooth_core", "springs_of_the_bed",
 ]  # fmt: skip
 
 SENTENCES: dict[str, str] = {
@@ -36,7 +36,6 @@ SENTENCES: dict[str, str] = {
     "uppermost grains; those that begin inside grains of the bed are pushed out of them",
     "spin_not_damped": "the damped layer at the side damps velocities, not spins",
     "smooth_core": "the core pushes, but does not resist sliding and rolling on it",
-    "clamp_sliding": "sliding shortens the spring although the case asks for reset",
     "springs_of_the_bed": "contacts keep the springs in which the bed settled, softer than springs_for asks; [bed] "
     "largest_speed settles it in such springs",
 }
@@ -77,7 +76,6 @@ def needed(engine: str, scene: Scene, start: Start) -> list[str]:
         "smooth_core": ours
         and bool(rough)
         and any(wall.kind == SPHERE_OUTSIDE and wall.species >= 0 for wall in scene.walls),
-        "clamp_sliding": contact.sliding == "reset" and bool(rough),
         "springs_of_the_bed": start.stiffer,
     }
     return [name for name in SENTENCES if applies[name]]

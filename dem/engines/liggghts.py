@@ -4,7 +4,7 @@
 here                       there
 =========================  ============================================================================================
 normal_hooke       ``hooke/stiffness``: kn and gamman per pair of types (matrices), gamman = C_n / m_red of the classes
-tangential_spring, cap     ``tangential history``: kt, gammat likewise; the Coulomb test there is on the spring alone
+tangential_spring          ``tangential history``: kt, gammat likewise; the Coulomb test there is on the spring alone
 rolling_sds                ``rolling_friction epsd3``: coefficientRollingFriction = mu_r beta, rollingStiffness =
                            1/mu_r^2 (one number for all), coefficientRollingViscousDamping = C_r / (2 sqrt(I_r k_r)),
                            I_r = 7/5 of the reduced m r^2

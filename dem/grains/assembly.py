@@ -27,10 +27,10 @@ from dem.contact.columns import (
     WX,
 )
 from dem.contact.gravity import Field
-from dem.contact.scheme import Boundaries, Grains, Listed, Outside, Sleepers, Spill, Step
+from dem.contact.scheme import Boundaries, Grains, Listed, Outside, Spill, Step
 from dem.contact.settings import Contact, shortest_contact_time
 from dem.grains import contact_tables, departures, forces, held_pull, integrator
-from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, SLEEPERS, GrainList, check
+from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, GrainList, check
 from dem.grains.self_gravity import SelfGravity
 from matter.errors import InputError, UnphysicalState
 from matter.files import checkpoint
@@ -42,12 +42,11 @@ REASONS = ("escaped", "landed_outside", "through_the_side")
 
 
 class Extras(NamedTuple):
-    """``offset``: contacts can carry an offset (``spring_change``: k_n changes in the run, or differs from that in
-    which the bed settled); ``sleep``: grains can sleep (``sleeping`` decides which); ``self_gravity``: the grains
-    attract each other; ``outer``: what acts on them besides (``dem.grains.held_pull``)."""
+    """``offset``: contacts can carry an offset (``dem.stiffness.change``: k_n changes in the run, or differs from that
+    in which the bed settled); ``self_gravity``: the grains attract each other; ``outer``: what acts on them besides
+    (``dem.grains.held_pull``)."""
 
     offset: bool = False
-    sleep: bool = False
     self_gravity: SelfGravity | None = None
     outer: tuple[held_pull.Outer, ...] = ()
 
@@ -83,23 +82,21 @@ class Assembly(GrainList):
     ):
         grains.need(*FIELDS)
         check(grains)
-        offset, sleep, self.self_gravity, self.outer = extras
+        offset, self.self_gravity, self.outer = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
-        self.walls = walls.rows(walls_, float(grains.radius.max()))
+        self.walls = walls.rows(walls_)
         attract = self.self_gravity is not None or len(self.outer) > 0
-        self.scheme = contact.scheme()._replace(offset=int(offset), sleep=int(sleep), attract=int(attract))
+        self.scheme = contact.scheme()._replace(offset=int(offset), attract=int(attract))
         if offset and not contact.springs_can_change:
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
-        self._per_grain = PER_GRAIN + (SLEEPERS if sleep else ()) + (PULLED if attract else ())
+        self._per_grain = PER_GRAIN + (PULLED if attract else ())
         self.pull_of_all, self.pull_held = (np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED)
         self.pull_state = np.zeros(held_pull.STATE)
         self.pull_interval = self.self_gravity.time_between(grains.mass, grains.radius) if self.self_gravity else 0.0
-        self._drift_loop = integrator.drift_loop(self.scheme)
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
         self.wall_tables = contact.wall_table(walls_, self.pair_table)
-        self._tables(grains, len(walls_), sleep)
-        self.wake, self.memory = np.inf, np.inf
+        self._tables(grains, len(walls_))
         self.lost_in_flight = 0.0  # what collisions of flying grains have lost, part of what contacts dissipated [J]
         # factor of k_n against its start; energy of the springs at rest at that start; what changes of k_n have put
         # into springs, of that what the weight has taken, and the sum of the amounts of the rest [J]
@@ -111,7 +108,7 @@ class Assembly(GrainList):
         self.mean_radius = float(grains.radius.mean())
         self.skin = skin * self.mean_radius
         self.dt = dt if dt is not None else contact.time_step(grains, self.gravity)
-        self.steps, self.builds, self.since_build, self.full_pass = 0, 0, 0, False
+        self.steps, self.builds, self.since_build = 0, 0, 0
         self.start_time = float(grains.attributes.get("time", 0.0))
         self.overlap_limit = contact.overlap_stop if overlap_limit is None else overlap_limit
         # sums over the run: dissipated in contacts, excess taken from returned grains, dissipated by drag and at
@@ -133,7 +130,7 @@ class Assembly(GrainList):
             held_pull.attract(self, anew=True)
         self._forces(initial=True)
 
-    def _tables(self, grains: Particles, walls: int, sleep: bool) -> None:
+    def _tables(self, grains: Particles, walls: int) -> None:
         """What is kept of each grain (``dem.contact.columns``)."""
         n = len(grains)
         self.X = np.column_stack([grains.position, grains.radius])
@@ -154,11 +151,6 @@ class Assembly(GrainList):
         self.drag, self.weight = np.zeros(n), np.ones(n)
         self.wall_history = np.zeros((n, max(1, walls), self.scheme.history))
         self.reference = np.zeros((n, 3))
-        few = n if sleep else 1
-        self.asleep, self.near, self.live = (np.zeros(few, dtype=np.int8) for _ in range(3))
-        self.quiet = np.zeros(few)
-        self.wall_energy, self.row_energy, self.held = np.zeros(few), np.zeros((few, 2)), np.zeros((few, 6))
-        self.rest = np.zeros((few, 6))
 
     # -- lists
 
@@ -168,7 +160,6 @@ class Assembly(GrainList):
         self._pair_report = np.zeros((c, forces.REPORT))
         self._kick_report = np.zeros((c, integrator.REPORT))
         self._last = np.zeros(c, dtype=np.int64)
-        self._todo = np.zeros(0, dtype=np.int64)
 
     def renew(self) -> None:
         """Sort, list and evaluate anew after places and velocities were set from outside: contacts begin unloaded."""
@@ -199,25 +190,6 @@ class Assembly(GrainList):
         if self.scheme.attract:
             held_pull.attract(self)
         self._forces()
-        if self.scheme.sleep:
-            self._after_sleep()
-
-    def _after_sleep(self) -> None:
-        """Wake those that were marked; an evaluation of all rows is over."""
-        if self._kick_report[:, integrator.WOKEN].any():
-            self.quiet[self.asleep == 2] = 0
-            self.asleep[self.asleep == 2] = 0
-            self.survey()
-        elif self.since_build == 0 or self.full_pass:
-            self.survey()
-        self.full_pass = False
-
-    def evaluate_all(self) -> None:
-        """Evaluate all rows at the next step, also those of sleepers."""
-        if self.scheme.sleep:
-            self.live[:] = 1
-            self.full_pass = True
-            self._cut()
 
     def change_step(self, dt: float) -> None:
         """Another time step [s] from the next step on."""
@@ -231,24 +203,20 @@ class Assembly(GrainList):
     def _grains(self) -> tuple:
         return tuple(Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned))
 
-    def _sleepers(self) -> tuple:
-        marks, energies = (self.asleep, self.near, self.live), (self.row_energy, self.wall_energy)
-        return tuple(Sleepers(*marks, *energies, self.held, self.rest, float(self.wake), float(self.memory)))
-
     def _step_of(self, dt: float, over_speed: float = 0.0) -> tuple:
         return tuple(
             Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn)
         )
 
     def _drift(self, c: int) -> float:
-        return self._drift_loop(
-            self._moving_chunks[c], self._grains(), self.reference, float(self.dt), self._kick_report[c], self.asleep
+        return integrator.drift(
+            self._moving_chunks[c], self._grains(), self.reference, float(self.dt), self._kick_report[c]
         )
 
     def _pairs(self, c: int, step: tuple) -> None:
-        listed = tuple(Listed(self.first, self.col, self._todo, self._known, self.hist, self.pair_table))
+        listed = tuple(Listed(self.first, self.col, self._known, self.hist, self.pair_table))
         self._last[c] = self._pair_loop(
-            self._chunks[c], self._grains(), listed, step, self._spill[c], self._pair_report[c], self._sleepers()
+            self._chunks[c], self._grains(), listed, step, self._spill[c], self._pair_report[c]
         )
 
     def _kick(self, c: int, step: tuple) -> int:
@@ -264,7 +232,6 @@ class Assembly(GrainList):
             outside,
             step,
             self._kick_report[c],
-            self._sleepers(),
         )
 
     def _forces(self, initial: bool = False) -> None:

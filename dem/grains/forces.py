@@ -45,7 +45,7 @@ from dem.contact.columns import (
 )  # fmt: skip
 from dem.contact.contact import Bodies, Springs, contact, reader, released
 from dem.contact.meeting import Ball, meeting_of_grains
-from dem.contact.scheme import Chunk, Grains, Listed, Scheme, Sleepers, Step
+from dem.contact.scheme import Chunk, Grains, Listed, Scheme, Step
 from matter.compilation.gather import (
     LANES,
     WIDE,
@@ -86,7 +86,7 @@ _numbers = reader("s, k", "s[{}, k]", _TABLE)
 @functools.cache
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
-    rescale, offset, sleep = scheme.rescale, scheme.offset, scheme.sleep
+    rescale, offset = scheme.rescale, scheme.offset
     columns = PAIR_COLUMNS if scheme.cohesion != 0 else NORMAL.stop  # that its contacts read
 
     @kernel(fastmath=True, forceinline=True)
@@ -165,28 +165,20 @@ def pair_loop(scheme: Scheme) -> Any:
         return lost
 
     @kernel(fastmath=True)
-    def pair_forces(chunk, grains, listed, step, spill, report, sleepers):
+    def pair_forces(chunk, grains, listed, step, spill, report):
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
         In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``,
-        ``Step``, ``Sleepers`` of ``dem.contact.scheme``; with ``sleep`` ``chunk.begin`` to ``end`` count in ``todo``.
-        Out: ``F`` of the chunk's own rows, set here; contributions to grains at and beyond ``chunk.hi`` in ``spill``
-        (n, 6), of which rows from there on must be zero; histories and ``known``; ``report`` (REPORT,); with ``sleep``
-        the ``row_energy`` of its live rows. Returns the highest grain index that was written, so that only that part
-        of the spill need be added.
+        ``Step`` of ``dem.contact.scheme``. Out: ``F`` of the chunk's own rows, set here; contributions to grains at
+        and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must be zero; histories and ``known``;
+        ``report`` (REPORT,). Returns the highest grain index that was written, so that only that part of the spill
+        need be added.
         """
-        chunk, grains, listed, step, sleepers = (
-            Chunk(*chunk),
-            Grains(*grains),
-            Listed(*listed),
-            Step(*step),
-            Sleepers(*sleepers),
-        )
+        chunk, grains, listed, step = Chunk(*chunk), Grains(*grains), Listed(*listed), Step(*step)
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
         X, V, F, kind, returned = grains.X, grains.V, grains.F, grains.kind, grains.returned
-        first, col, todo, known, hist, table = listed
+        first, col, known, hist, table = listed
         dt, tail, over_speed, warn = step.dt, step.tail, step.over_speed, step.warn
-        live, row_energy = sleepers.live, sleepers.row_energy
         s = np.empty((_WIDTH, BLOCK))
         entry, one, two = (
             np.empty(BLOCK + WIDE, np.int32),
@@ -211,8 +203,6 @@ def pair_loop(scheme: Scheme) -> Any:
         for i in range(lo, hi):
             for c in range(6):
                 F[i, c] = 0.0
-            if sleep != 0 and live[i] != 0:
-                row_energy[i, 0], row_energy[i, 1] = 0.0, 0.0
         elastic, dissipated, excess = 0.0, 0.0, 0.0
         contacts, over, last = 0, 0, hi - 1
         worst, worst_i, worst_j = 0.0, -1, -1
@@ -222,11 +212,10 @@ def pair_loop(scheme: Scheme) -> Any:
             while at < end and m <= BLOCK - SEGMENT:
                 many = min(end - at, SEGMENT)
                 for k in range(many):
-                    entries[k] = todo[at + k] if sleep != 0 else at + k
+                    entries[k] = at + k
                     left[k], right[k] = first[entries[k]], col[entries[k]]
-                if sleep == 0:  # what the next segment reads
-                    for k in range(at + many, min(at + 2 * many, end)):
-                        prefetch_row(X, col[k])
+                for k in range(at + many, min(at + 2 * many, end)):  # what the next segment reads
+                    prefetch_row(X, col[k])
                 for k in range(many, SEGMENT):
                     left[k], right[k], near[k] = lo, lo, 0
                 for k in range(0, many, LANES):
@@ -242,12 +231,8 @@ def pair_loop(scheme: Scheme) -> Any:
                     if offset != 0:
                         touch += hist[entries[k], OFFSET]
                     near[k] = x * x + y * y + z * z < touch * touch
-                if sleep != 0:
-                    for k in range(many):
-                        parted += known[entries[k]] & (1 - near[k])
-                else:
-                    for k in range(many):
-                        parted += known[at + k] & (1 - near[k])
+                for k in range(many):
+                    parted += known[at + k] & (1 - near[k])
                 if parted > 0:
                     for k in range(many):
                         if near[k] == 0 and known[entries[k]] != 0:
@@ -338,15 +323,6 @@ def pair_loop(scheme: Scheme) -> Any:
             if rescale != 0:
                 for k in range(m):
                     hist[entry[k], LAID] = s[_EIGHTH, k]
-            if sleep != 0:
-                for k in range(m):
-                    row_energy[one[k], 0] += s[_STORED, k]
-                    row_energy[one[k], 1] += 1.0
-        if sleep != 0:
-            elastic, contacts = 0.0, 0
-            for i in range(lo, hi):
-                elastic += row_energy[i, 0]
-                contacts += int(row_energy[i, 1])
         report[ELASTIC], report[DISSIPATED], report[EXCESS], report[CONTACTS] = elastic, dissipated, excess, contacts
         report[OVERLAP], report[OVERLAP_I], report[OVERLAP_J], report[OVER_WARN] = worst, worst_i, worst_j, over
         return last

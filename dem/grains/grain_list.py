@@ -28,14 +28,13 @@ PER_GRAIN = (
     "headroom",
     "wall_history", "reference",
 )  # fmt: skip
-SLEEPERS = ("asleep", "quiet", "wall_energy", "held", "rest")
 PULLED = ("pull_of_all", "pull_held")
 _LISTED = ("row", "col", "hist", "report", "booked")
 _NUMBERS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed",
     "active", "moving",
     "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess",
-    "lost_in_flight", "wake", "memory", "full_pass",
+    "lost_in_flight",
 )  # fmt: skip
 
 
@@ -58,9 +57,6 @@ class GrainList:
     weight: np.ndarray
     wall_history: np.ndarray
     reference: np.ndarray
-    asleep: np.ndarray
-    near: np.ndarray
-    live: np.ndarray
     row: np.ndarray
     col: np.ndarray
     first: np.ndarray
@@ -86,7 +82,6 @@ class GrainList:
     active: int
     moving: int
     _per_grain: tuple[str, ...]
-    _todo: np.ndarray
 
     @property
     def time(self) -> float:
@@ -140,7 +135,7 @@ class GrainList:
         self._near_walls()
         self.builds += 1
         self.since_build = 0
-        self.survey(all_rows=True)
+        self._cut()
 
     def _not_empty(self) -> np.ndarray:
         """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember
@@ -167,11 +162,8 @@ class GrainList:
         self.skin = max(self.skin, 2.0 * offset)
 
     def _cut(self) -> None:
-        """Chunks of rows with about equal numbers of list entries to evaluate (with sleepers: those ``_todo``)."""
+        """Chunks of rows with about equal numbers of list entries."""
         work = self.row[1:]
-        if self.scheme.sleep:
-            work = np.cumsum(np.where(self.live[: self.active] != 0, np.diff(self.row), 0))
-            self._todo = np.flatnonzero(self.live[self.first])
         goals = np.linspace(0, work[-1] if len(work) else 0, self.threads + 1)[1:-1]
         inner = np.searchsorted(work, goals)
         rows = [0, *inner.tolist(), self.active]
@@ -179,15 +171,6 @@ class GrainList:
         chunks = [Chunk(c, rows[c], rows[c + 1], entries[c], entries[c + 1], self.active) for c in range(self.threads)]
         self._chunks = [tuple(chunk) for chunk in chunks]
         self._moving_chunks = [*self._chunks[:-1], tuple(chunks[-1]._replace(hi=self.moving))]
-
-    def survey(self, all_rows: bool = False) -> None:
-        """Which rows must be evaluated, after the list or the sleepers have changed; ``all_rows``: all of them,
-        once."""
-        if self.scheme.sleep:
-            pair_list.survey(self.row, self.col, self.asleep, self.near, self.live)
-            if all_rows:
-                self.live[:] = 1
-        self._cut()
 
     def _begin_unloaded(self) -> None:
         """Offsets for pairs that overlap without ever having been in contact, so that their springs begin at zero."""
@@ -285,8 +268,7 @@ class GrainList:
 
     @property
     def _saved(self) -> tuple[str, ...]:
-        more = ("near", "live", "row_energy") if self.scheme.sleep else ()
-        return self._per_grain + _LISTED + more + (("pull_state",) if self.scheme.attract else ())
+        return self._per_grain + _LISTED + (("pull_state",) if self.scheme.attract else ())
 
     def restore(self, saved: checkpoint.State) -> None:
         """Take up what was ``saved``, bit for bit."""

@@ -45,80 +45,62 @@ from dem.contact.walls import distance_of
 from matter.compilation.jit import kernel
 
 # what the kick reports: dissipated by drag and at walls, elastic energy in walls, external impulse 3-8, worst overlap
-# with a wall, its grain, largest speed squared, grains to be woken
-DRAG, WALL_DISSIPATED, WALL_ELASTIC, IMPULSE, WALL_OVERLAP, WALL_GRAIN, SPEED, WOKEN = 0, 1, 2, 3, 9, 10, 11, 12
-REPORT = 13
+# with a wall, its grain, largest speed squared
+DRAG, WALL_DISSIPATED, WALL_ELASTIC, IMPULSE, WALL_OVERLAP, WALL_GRAIN, SPEED = 0, 1, 2, 3, 9, 10, 11
+REPORT = 12
 
 
-@functools.cache
-def drift_loop(scheme: Scheme) -> Any:
-    """The compiled first half of a step for one scheme: ``drift``."""
-    sleep = scheme.sleep
+@kernel
+def drift(chunk, grains, reference, dt, report):
+    """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of
+    an active grain.
 
-    @kernel
-    def drift(chunk, grains, reference, dt, report, asleep):
-        """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of
-        an active grain.
-
-        In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3), ``asleep`` (n,).
-        Out: ``X``, ``V``, ``W``; the external impulse in ``report``.
-        """
-        chunk, grains = Chunk(*chunk), Grains(*grains)
-        X, V, W, A, E = grains.X, grains.V, grains.W, grains.A, grains.E
-        half = 0.5 * dt
-        largest = 0.0
-        jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-        for i in range(chunk.lo, chunk.hi):
-            if sleep != 0:
-                if asleep[i] != 0:
-                    jx += E[i, 0]
-                    jy += E[i, 1]
-                    jz += E[i, 2]
-                    lx += E[i, TX]
-                    ly += E[i, TY]
-                    lz += E[i, TZ]
-                    continue
-            for c in range(6):
-                W[i, c] += half * A[i, c]
-                V[i, c] = W[i, c] + half * A[i, c]
-            jx += E[i, 0]
-            jy += E[i, 1]
-            jz += E[i, 2]
-            lx += E[i, TX]
-            ly += E[i, TY]
-            lz += E[i, TZ]
-            for c in range(3):
-                X[i, c] += dt * W[i, c]
-            if i < chunk.active:
-                a, b, d = X[i, 0] - reference[i, 0], X[i, 1] - reference[i, 1], X[i, 2] - reference[i, 2]
-                largest = max(largest, a * a + b * b + d * d)
-        report[IMPULSE] += half * jx
-        report[IMPULSE + 1] += half * jy
-        report[IMPULSE + 2] += half * jz
-        report[IMPULSE + 3] += half * lx
-        report[IMPULSE + 4] += half * ly
-        report[IMPULSE + 5] += half * lz
-        return largest
-
-    return drift
+    In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3). Out: ``X``,
+    ``V``, ``W``; the external impulse in ``report``.
+    """
+    chunk, grains = Chunk(*chunk), Grains(*grains)
+    X, V, W, A, E = grains.X, grains.V, grains.W, grains.A, grains.E
+    half = 0.5 * dt
+    largest = 0.0
+    jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(chunk.lo, chunk.hi):
+        for c in range(6):
+            W[i, c] += half * A[i, c]
+            V[i, c] = W[i, c] + half * A[i, c]
+        jx += E[i, 0]
+        jy += E[i, 1]
+        jz += E[i, 2]
+        lx += E[i, TX]
+        ly += E[i, TY]
+        lz += E[i, TZ]
+        for c in range(3):
+            X[i, c] += dt * W[i, c]
+        if i < chunk.active:
+            a, b, d = X[i, 0] - reference[i, 0], X[i, 1] - reference[i, 1], X[i, 2] - reference[i, 2]
+            largest = max(largest, a * a + b * b + d * d)
+    report[IMPULSE] += half * jx
+    report[IMPULSE + 1] += half * jy
+    report[IMPULSE + 2] += half * jz
+    report[IMPULSE + 3] += half * lx
+    report[IMPULSE + 4] += half * ly
+    report[IMPULSE + 5] += half * lz
+    return largest
 
 
 @functools.cache
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
-    rescale, offset, sleep, attract = scheme.rescale, scheme.offset, scheme.sleep, scheme.attract
+    rescale, offset, attract = scheme.rescale, scheme.offset, scheme.attract
     laid_column = LAID if scheme.history > LAID else HISTORY - 1
 
     @kernel
-    def kick(chunk, grains, spill, walls, outside, step, report, sleepers):
+    def kick(chunk, grains, spill, walls, outside, step, report):
         """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the
         first grain that is not finite, or -1.
 
         In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``,
-        ``Step``, ``Sleepers`` of ``dem.contact.scheme``; ``Spill`` holds what lower chunks added to these grains, and
-        is zeroed here. Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,). With ``sleep``: a grain
-        that sleeps (``asleep`` 1) stays where it is; what holds it counts as an external force, -F. One with a grain
-        awake ``near`` it is marked (``asleep`` 2) when ``held`` exceeds ``wake`` times gravity.
+        ``Step`` of ``dem.contact.scheme``; ``Spill`` holds what lower chunks added to these grains, and is zeroed
+        here. Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
         """
         chunk, step = Chunk(*chunk), Step(*step)
         lo, hi, active = chunk.lo, chunk.hi, chunk.active
@@ -127,8 +109,7 @@ def kick_loop(scheme: Scheme) -> Any:
         rows, walled, wall_tables, wall_history = walls
         uniform, g_table, g_radius, weight, drag, pull_of_all = outside
         dt, half, tail = step.dt, step.half, step.tail
-        asleep, near, live, _, wall_energy, held, rest, wake, memory = sleepers
-        bad, woken = -1, 0
+        bad = -1
         gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
         jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         central_part = g_radius > 0.0
@@ -157,10 +138,7 @@ def kick_loop(scheme: Scheme) -> Any:
                 ey += m * pull_of_all[i, 1]
                 ez += m * pull_of_all[i, 2]
             tx, ty, tz = 0.0, 0.0, 0.0
-            stored_before = wall_stored
-            if sleep != 0:
-                g2 = (ex * ex + ey * ey + ez * ez) / (m * m)
-            if i < active and (sleep == 0 or live[i] != 0):
+            if i < active:
                 held_by_wall = False
                 if offset != 0:
                     for w in range(rows.shape[0]):
@@ -229,39 +207,6 @@ def kick_loop(scheme: Scheme) -> Any:
                     tx += d * (ny * fz - nz * fy) + mx
                     ty += d * (nz * fx - nx * fz) + my
                     tz += d * (nx * fy - ny * fx) + mz
-            if sleep != 0:
-                if live[i] == 0:
-                    wall_stored += wall_energy[i]
-                else:
-                    wall_energy[i] = wall_stored - stored_before
-                if asleep[i] != 0:
-                    if near[i] != 0:
-                        q = 2.0 * half / memory
-                        held[i, 0] += q * ((ex + F[i, 0]) / m - rest[i, 0] - held[i, 0])
-                        held[i, 1] += q * ((ey + F[i, 1]) / m - rest[i, 1] - held[i, 1])
-                        held[i, 2] += q * ((ez + F[i, 2]) / m - rest[i, 2] - held[i, 2])
-                        held[i, WX] += q * ((tx + F[i, TX]) / (m * radius) - rest[i, WX] - held[i, WX])
-                        held[i, WY] += q * ((ty + F[i, TY]) / (m * radius) - rest[i, WY] - held[i, WY])
-                        held[i, WZ] += q * ((tz + F[i, TZ]) / (m * radius) - rest[i, WZ] - held[i, WZ])
-                        a2 = held[i, 0] ** 2 + held[i, 1] ** 2 + held[i, 2] ** 2
-                        t2 = held[i, WX] ** 2 + held[i, WY] ** 2 + held[i, WZ] ** 2
-                        if max(a2, t2) > wake * wake * g2:
-                            asleep[i] = 2
-                            woken += 1
-                    ex, ey, ez = -F[i, 0], -F[i, 1], -F[i, 2]
-                    E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
-                    E[i, TX] = y * ez - z * ey - F[i, TX]
-                    E[i, TY] = z * ex - x * ez - F[i, TY]
-                    E[i, TZ] = x * ey - y * ex - F[i, TZ]
-                    for k in range(6):
-                        A[i, k] = 0.0
-                    jx += ex
-                    jy += ey
-                    jz += ez
-                    lx += E[i, TX]
-                    ly += E[i, TY]
-                    lz += E[i, TZ]
-                    continue
             c = drag[i]
             if c > 0.0:
                 ex -= c * m * vx
@@ -304,7 +249,6 @@ def kick_loop(scheme: Scheme) -> Any:
         report[IMPULSE + 3] += half * lx
         report[IMPULSE + 4] += half * ly
         report[IMPULSE + 5] += half * lz
-        report[WOKEN] = woken
         report[WALL_OVERLAP], report[WALL_GRAIN], report[SPEED] = worst, worst_grain, fastest
         return bad
 

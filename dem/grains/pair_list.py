@@ -116,26 +116,3 @@ def build(X: np.ndarray, cells: Cells, skin: float, room: int) -> tuple[np.ndarr
         if count <= room:
             return row, col[:count].copy()
         room = int(count * 1.1) + 16
-
-
-@kernel
-def survey(row, col, asleep, near, live):
-    """Rows to be evaluated among sleepers (``dem.sleeping``).
-
-    Marked in ``near`` is what is awake or listed with an awake grain, in ``live`` the rows that hold a near grain.
-    """
-    n = row.shape[0] - 1
-    for i in range(near.shape[0]):
-        near[i] = 0 if i < n and asleep[i] != 0 else 1
-        live[i] = 0
-    for i in range(n):
-        for e in range(row[i], row[i + 1]):
-            if asleep[i] == 0:
-                near[col[e]] = 1
-            elif asleep[col[e]] == 0:
-                near[i] = 1
-    for i in range(n):
-        live[i] = near[i]
-        for e in range(row[i], row[i + 1]):
-            if near[col[e]] != 0:
-                live[i] = 1

@@ -52,7 +52,7 @@ normal_force = NORMAL.choose(
 )
 tangential_force = TANGENTIAL.choose(
     "force",
-    "sx, sy, sz, ux, uy, uz, stiffness, damping, limit, rule",
+    "sx, sy, sz, ux, uy, uz, stiffness, damping, limit",
     rows=False,
     inline=True,
     about="F_t [N] and the tangential spring [m] after the Coulomb test.",
@@ -67,14 +67,14 @@ kept = TANGENTIAL.choose(
 )
 rolling_moment = ROLLING.choose(
     "moment",
-    "ax, ay, az, wx, wy, wz, stiffness, damping, limit, rule",
+    "ax, ay, az, wx, wy, wz, stiffness, damping, limit",
     rows=False,
     inline=True,
     about="Moment [N m] and the rolling spring [rad] after the test of the slider.",
 )
 twisting_moment = TWISTING.choose(
     "moment",
-    "angle, rate, stiffness, damping, limit, rule",
+    "angle, rate, stiffness, damping, limit",
     rows=False,
     inline=True,
     about="Moment [N m] about n and the twisting spring [rad] after the test of the slider.",

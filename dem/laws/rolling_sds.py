@@ -9,9 +9,9 @@ acts on grain 1. The radii r stand where the sources have the distances l1, l2 o
 contact: the same at first touch, but l2 passes through zero where a small grain, entered among large ones with an
 overlap that counts for none (``OFFSET``), has its centre in that plane; the rate then has no bound. R = r1 r2 / (r1 +
 r2) [m]; beta is the shape parameter (0 sphere, 1 strongly angular): a contact behaves like a disc of radius beta R. At
-the limit the spring is set to carry exactly the limit, with the sliding rule ``cap`` only ever shortened to it
-(pkdgrav instead leaves it as it was before the step; the moment is the same). On a wall R is the radius of the grain
-and the second term of w_r is dropped, so that pure sliding raises no moment.
+the limit the spring is only ever shortened to what carries it (pkdgrav instead leaves it as it was before the step;
+the moment is the same). On a wall R is the radius of the grain and the second term of w_r is dropped, so that pure
+sliding raises no moment.
 
 Source: Zhang et al. 2017, Icarus 294, 98 (the four-component law); moments of Jiang et al. 2015, Comput. Geotech. 65,
 147. LIGGGHTS: ``rolling_friction epsd3`` with rmu = mu_r beta and rollingStiffness = 1/mu_r^2; LAMMPS: ``rolling
@@ -25,7 +25,6 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from dem.laws.tangential_spring import CAP
 from matter.compilation.jit import law
 
 SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
@@ -44,12 +43,11 @@ class Parameters(NamedTuple):
 
 
 @law
-def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit, rule):
+def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit):
     """Moment and spring after the test of the slider.
 
     ``a`` rolling spring with this step's increment added [rad], ``w`` rolling rate [rad/s], ``stiffness`` k_r [N m],
-    ``damping`` C_r [N m s], ``limit`` [N m], ``rule`` of ``tangential_spring``; returns (M_x, M_y, M_z, a_x, a_y,
-    a_z).
+    ``damping`` C_r [N m s], ``limit`` [N m]; returns (M_x, M_y, M_z, a_x, a_y, a_z).
     """
     mx = stiffness * ax + damping * wx
     my = stiffness * ay + damping * wy
@@ -60,9 +58,7 @@ def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit, rule):
         mx *= q
         my *= q
         mz *= q
-        if rule == CAP:
-            a = stiffness * math.sqrt(ax * ax + ay * ay + az * az)
-            q = limit / a if a > limit else 1.0
-            return mx, my, mz, ax * q, ay * q, az * q
-        return mx, my, mz, mx / stiffness, my / stiffness, mz / stiffness
+        a = stiffness * math.sqrt(ax * ax + ay * ay + az * az)
+        q = limit / a if a > limit else 1.0
+        return mx, my, mz, ax * q, ay * q, az * q
     return mx, my, mz, ax, ay, az

@@ -7,23 +7,14 @@ S tangential spring [m], the integral of the slip velocity u_t of grain 2 relati
 acts on grain 1. S turns with the contact: it is rotated about the normal with the mean spin and kept in the contact
 plane.
 
-When the limit is reached the spring follows one of three rules, chosen by name:
-
-``cap``    the force has the magnitude mu_s |F_n| along k_t S + C_t u_t; the spring is only ever shortened, to mu_s
-           |F_n| / k_t when it is longer: as LIGGGHTS does, with the dashpot also under the limit. The default: slow
-           slip carries the full static friction into rest, and a contact never gains energy, for the force is the
-           projection of k_t S + C_t u_t onto the disc of the limit, in which k_t S lies, so (F_t - k_t S) . u_t >= 0.
-           LAMMPS instead lets the spring carry what the dashpot leaves of the limit.
-``clamp``  the same force, and the spring is set to carry exactly that. A slip so fast that the dashpot alone reaches
-the limit loads the spring at once
-           with more than its work, which does not vanish with the step: a falling heap of frictional grains gained
-           1e-3 of its energy in single steps.
-``reset``  the spring is set to zero and the force is min(mu_s |F_n|, C_t |u_t|) along the slip: stick-slip, a weaker
-bed (pkdgrav).
+At the limit the force has the magnitude mu_s |F_n| along k_t S + C_t u_t, and the spring is only ever shortened, to
+mu_s |F_n| / k_t when it is longer: as LIGGGHTS does, with the dashpot also under the limit. Slow slip carries the full
+static friction into rest, and a contact never gains energy, for the force is the projection of k_t S + C_t u_t onto
+the disc of the limit, in which k_t S lies, so (F_t - k_t S) . u_t >= 0. LAMMPS instead lets the spring carry what the
+dashpot leaves of the limit.
 
 Source: Cundall & Strack 1979, Géotechnique 29, 47; Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, eqs
-8-14; rule ``clamp``: Luding 2008, Granular Matter 10, 235. LIGGGHTS: ``tangential history``; LAMMPS: ``tangential
-linear_history``.
+8-14. LIGGGHTS: ``tangential history``; LAMMPS: ``tangential linear_history``.
 """
 
 from __future__ import annotations
@@ -35,10 +26,7 @@ from pydantic import Field
 
 from matter.compilation.jit import law
 
-SOURCES = ("CundallStrack1979", "Schwartz2012", "Luding2008")
-
-CLAMP, RESET, CAP = 0, 1, 2
-RULES = {"clamp": CLAMP, "reset": RESET, "cap": CAP}
+SOURCES = ("CundallStrack1979", "Schwartz2012")
 
 
 class Parameters(NamedTuple):
@@ -57,7 +45,7 @@ def stiffness_ratio(one: object, two: object, given: float) -> float:
 
 
 @law
-def force(sx, sy, sz, ux, uy, uz, stiffness, damping, limit, rule):
+def force(sx, sy, sz, ux, uy, uz, stiffness, damping, limit):
     """Force and spring after the Coulomb test.
 
     ``s`` the spring with this step's slip added [m], ``u`` slip velocity [m/s], ``limit`` = mu_s |F_n| [N]; returns
@@ -68,17 +56,11 @@ def force(sx, sy, sz, ux, uy, uz, stiffness, damping, limit, rule):
     fz = stiffness * sz + damping * uz
     f = math.sqrt(fx * fx + fy * fy + fz * fz)
     if f > limit:
-        if rule == RESET:
-            u = math.sqrt(ux * ux + uy * uy + uz * uz)
-            q = min(limit, damping * u) / u if u > 0.0 else 0.0
-            return ux * q, uy * q, uz * q, 0.0, 0.0, 0.0
         q = limit / f
         fx *= q
         fy *= q
         fz *= q
-        if rule == CAP:
-            s = stiffness * math.sqrt(sx * sx + sy * sy + sz * sz)
-            q = limit / s if s > limit else 1.0
-            return fx, fy, fz, sx * q, sy * q, sz * q
-        return fx, fy, fz, fx / stiffness, fy / stiffness, fz / stiffness
+        s = stiffness * math.sqrt(sx * sx + sy * sy + sz * sz)
+        q = limit / s if s > limit else 1.0
+        return fx, fy, fz, sx * q, sy * q, sz * q
     return fx, fy, fz, sx, sy, sz

@@ -4,7 +4,7 @@
     k_q = 2 k_t (beta R)^2,  C_q = 2 C_t (beta R)^2,  w_t = (w2 - w1) . n
 
 phi twisting spring [rad]; M_t acts on grain 1 along the normal n (from 1 to 2). Symbols as in ``rolling_sds``.
-At the limit the spring is set to carry exactly the limit, with the sliding rule ``cap`` only ever shortened to it.
+At the limit the spring is only ever shortened to what carries it.
 
 Source: Zhang et al. 2017, Icarus 294, 98; Jiang et al. 2015, Comput. Geotech. 65, 147. LIGGGHTS has no independent
 twisting spring; LAMMPS: ``twisting sds`` with k_twist = 2 k_t (beta R)^2 and mu_twist = mu_t mu_s beta R.
@@ -16,7 +16,6 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from dem.laws.tangential_spring import CAP
 from matter.compilation.jit import law
 
 SOURCES = ("Zhang2017", "Jiang2015")
@@ -29,14 +28,7 @@ class Parameters(NamedTuple):
 
 
 @law
-def moment(angle, rate, stiffness, damping, limit, rule):
-    """Moment [N m] and spring [rad] after the test of the slider (``rule`` of ``tangential_spring``); returns (M,
-    phi)."""
+def moment(angle, rate, stiffness, damping, limit):
+    """Moment [N m] and spring [rad] after the test of the slider; returns (M, phi)."""
     m = stiffness * angle + damping * rate
-    if rule == CAP:
-        return max(-limit, min(limit, m)), max(-limit / stiffness, min(limit / stiffness, angle))
-    if m > limit:
-        return limit, limit / stiffness
-    if m < -limit:
-        return -limit, -limit / stiffness
-    return m, angle
+    return max(-limit, min(limit, m)), max(-limit / stiffness, min(limit / stiffness, angle))

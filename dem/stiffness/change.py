@@ -118,7 +118,6 @@ def change(bed: Assembly, q: float) -> None:
     bed.stiffness_energy += put_in
     bed.elastic += put_in
     bed.worst /= q
-    bed.evaluate_all()
 
 
 def need_of_weight(bed: Assembly, q: float) -> float:

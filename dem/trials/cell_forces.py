@@ -58,14 +58,12 @@ class Frame(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``; ``rule`` of sliding and attractive
-    ``tail`` of the contacts."""
+    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``; attractive ``tail`` of the contacts."""
 
     rate: float
     pressure: float
     drag: float
     dt: float
-    rule: int
     tail: bool
 
 
@@ -101,7 +99,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
     X, V, F = sample.X, sample.V, sample.F
     row, col, hist, table = touching
     period, slab = frame.period, frame.slab
-    scheme = Scheme(0, 0, 0, 0, 0, 0, drive.rule, 0, 0, 0)  # the first law of each family, no cohesion
+    scheme = Scheme(0, 0, 0, 0, 0, 0, 0, 0)  # the first law of each family, no cohesion
     numbers = numbers_of(table, 0, 0)
     n = X.shape[0]
     F[:] = 0.0

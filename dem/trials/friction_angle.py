@@ -64,7 +64,7 @@ def _sources() -> list[str]:
 
 
 def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:
-    law = contact.model_dump(include={"shell", "tangential_stiffness_ratio", "sliding", "attractive_tail"})
+    law = contact.model_dump(include={"shell", "tangential_stiffness_ratio", "attractive_tail"})
     text = json.dumps([law, method, options, _sources()], sort_keys=True)
     return jit.cache_root().parent / "friction_angle" / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
 

@@ -26,7 +26,6 @@ import numpy as np
 from dem.contact.columns import HISTORY, MASS, RADIUS, STIFFNESS, TOUCHING, TX, WX
 from dem.contact.settings import Contact
 from dem.grains import pair_list
-from dem.laws.tangential_spring import RULES
 from dem.trials.cell_forces import (
     CONTACTS,
     FLOW,
@@ -66,7 +65,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
     """
     X, V, W, A, F, held, start = sample
     period, clock, slab, gravity = frame
-    rate, pressure, drag, dt, _, _ = drive
+    rate, pressure, drag, dt, _ = drive
     n = X.shape[0]
     stress = np.zeros(4)
     worst = 0.0
@@ -211,14 +210,7 @@ class Cell:
         while left > 0:
             sample = Sample(self.X, self.V, self.W, self.A, self.F, self.held, self.start)
             touching = Touching(self.row, self.col, self.hist, self.table)
-            drive = Drive(
-                float(self.rate),
-                float(self.pressure),
-                float(self.drag),
-                self.dt,
-                RULES[self.law.sliding],
-                self.law.attractive_tail,
-            )
+            drive = Drive(float(self.rate), float(self.pressure), float(self.drag), self.dt, self.law.attractive_tail)
             done, worst = _advance(
                 left, sample, touching, Frame(self.period, self.clock, self.slab, self.gravity), drive, sums
             )

@@ -83,29 +83,26 @@ def normal(law: ModuleType, axes: Any) -> str:
     )
 
 
-def _slip(way: np.ndarray, rule: int, limit: float, k: float, damping: float, dt: float) -> np.ndarray:
+def _slip(way: np.ndarray, limit: float, k: float, damping: float, dt: float) -> np.ndarray:
     """Force along the slip ``way`` (n,) [m]."""
     s, told = 0.0, []
     for before, now in itertools.pairwise(way):
         s += now - before
-        f, _, _, s, _, _ = tangential_spring.force(s, 0.0, 0.0, (now - before) / dt, 0.0, 0.0, k, damping, limit, rule)
+        f, _, _, s, _, _ = tangential_spring.force(s, 0.0, 0.0, (now - before) / dt, 0.0, 0.0, k, damping, limit)
         told.append(f)
     return np.array(told)
 
 
 def sliding(law: ModuleType, axes: Any) -> str:
-    """Force against slip under the three rules, there and back; slow and fast."""
+    """Force against slip, there and back; slow and fast."""
     k, limit, n = 2.0 / 7.0 * BODIES.stiffness, 500.0, 400
     way = 4e-3 * np.sin(np.linspace(0.0, 2.5 * np.pi, n))
     for axis, seconds, words in ((axes[0], 4.0, "slow"), (axes[1], 0.02, "fast")):
-        for name, rule in law.RULES.items():
-            f = _slip(way, rule, limit, k, 300.0, seconds / n)
-            axis.plot(way[1:] * 1e3, f, label=name, ls={"cap": "-", "clamp": "--", "reset": ":"}[name])
+        axis.plot(way[1:] * 1e3, _slip(way, limit, k, 300.0, seconds / n))
         axis.set(xlabel="slip [mm]", ylabel="tangential force [N]", title=words)
-    axes[0].legend(title="rule")
     return (
         f"A contact under a friction limit of {limit:g} N slips 4 mm to and fro, slowly (left: springs alone) and "
-        "fast (right: the dashpot takes its share under the limit), by each rule."
+        "fast (right: the dashpot takes its share under the limit)."
     )
 
 
@@ -141,25 +138,22 @@ def turning(law: ModuleType, axes: Any) -> str:
     k, limit, n = 4e3, 20.0, 400
     way = 0.02 * np.sin(np.linspace(0.0, 2.5 * np.pi, n))
     rolling = law.__name__.endswith("rolling_sds")
-    for name in ("cap", "clamp"):
-        rule, a, moments, springs = tangential_spring.RULES[name], 0.0, [], []
-        for before, now in itertools.pairwise(way):
-            a, rate = a + now - before, (now - before) / (0.05 / n)
-            if rolling:
-                m, _, _, a, _, _ = law.moment(a, 0.0, 0.0, rate, 0.0, 0.0, k, 8.0, limit, rule)
-            else:
-                m, a = law.moment(a, rate, k, 8.0, limit, rule)
-            moments.append(m)
-            springs.append(a)
-        look = "-" if name == "cap" else "--"
-        axes[0].plot(np.degrees(way[1:]), moments, look, label=name)
-        axes[1].plot(np.degrees(way[1:]), np.degrees(springs), look, label=name)
+    a, moments, springs = 0.0, [], []
+    for before, now in itertools.pairwise(way):
+        a, rate = a + now - before, (now - before) / (0.05 / n)
+        if rolling:
+            m, _, _, a, _, _ = law.moment(a, 0.0, 0.0, rate, 0.0, 0.0, k, 8.0, limit)
+        else:
+            m, a = law.moment(a, rate, k, 8.0, limit)
+        moments.append(m)
+        springs.append(a)
+    axes[0].plot(np.degrees(way[1:]), moments)
+    axes[1].plot(np.degrees(way[1:]), np.degrees(springs))
     axes[0].set(xlabel="angle [deg]", ylabel="moment [N m]")
     axes[1].set(xlabel="angle [deg]", ylabel="spring [deg]")
-    axes[0].legend(title="rule")
     return (
         f"A contact is {'rolled' if rolling else 'twisted'} to and fro in a twentieth of a second, under a limit of "
-        f"{limit:g} N m: the moment, and the spring that it keeps, by the rule of the slider."
+        f"{limit:g} N m: the moment, and the spring that it keeps."
     )
 
 

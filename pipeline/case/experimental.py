@@ -24,8 +24,6 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "dem.contact.normal": ("hertz",),
     "dem.contact.tangential": ("mindlin",),
     "dem.contact.mindlin_history": ("displacement",),
-    "dem.contact.sliding": ("clamp", "reset"),
-    "dem.contact.stiffness_rule": ("kinetic",),
     "dem.contact.attractive_tail": (False,),
 }
 """Path of a key, with ``NAME`` for any material -> the values that are experimental; an empty tuple: any but its

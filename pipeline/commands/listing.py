@@ -86,6 +86,6 @@ LAWS = {
         "sides",
         "floor",
     ),
-    "dem.contact": ("normal", "tangential", "cohesion", "sliding", "stiffness_rule"),
+    "dem.contact": ("normal", "tangential", "cohesion"),
 }
 KINDS: dict[str, Callable[[], Rows]] = {"cases": cases, "materials": materials, "observed": observed, "laws": laws}

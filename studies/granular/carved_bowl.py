@@ -17,8 +17,7 @@ import numpy as np
 from dem.beds.container import Container
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
-from dem.grains.assembly import Assembly, Extras
-from dem.stiffness import sleeping
+from dem.grains.assembly import Assembly
 from matter.cadence import Cadence
 from matter.errors import InputError
 from matter.files import checkpoint
@@ -83,19 +82,15 @@ def steepest(ring: np.ndarray, height: np.ndarray, over: float) -> float:
 
 def relax(
     bed: Particles, contact: Contact, g: float, width: float, depth: float, longest: float = 60.0, threads: int = 1,
-    sleep: bool = True,
     out: Path | None = None,
 ) -> Relaxed:  # fmt: skip
     """Carve and step until the rms speed is below 0.002 sqrt(g r), at most ``longest`` sqrt(r/g).
 
-    ``sleep``: grains at rest are skipped (``dem.sleeping``). With a folder ``out`` it goes on from the checkpoint
-    there.
+    With a folder ``out`` it goes on from the checkpoint there.
     """
     box = Container.of_attribute(bed.attributes["domain"])
     start = carved(bed, width, depth)
-    run = Assembly(
-        start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads, extras=Extras(sleep=sleep)
-    )
+    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads)
     saved = checkpoint.newest(out) if out else None
     if saved is not None:
         run.restore(checkpoint.Both(*saved))
@@ -106,8 +101,6 @@ def relax(
     progress, still, cadence = Progress("carved bowl", longest), False, Cadence()
     while run.time < longest * unit and not still:
         for _ in range(max(1, round(2.0 * unit / run.dt))):
-            if sleep and run.steps % sleeping.EVERY == 0:
-                sleeping.look(run)
             run.step()
         speed = math.sqrt(float(np.mean(np.sum(run.W[:, :3] ** 2, axis=1))))
         still = run.time > 10.0 * unit and speed < 0.002 * math.sqrt(g * radius)

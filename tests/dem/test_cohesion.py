@@ -102,7 +102,7 @@ def test_a_sticky_cluster_keeps_its_momenta_and_never_gains_energy(law, strength
     contact = Contact(
         shell=grain, ocean=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin",
         overlap_stop=1.5,
-        steps_per_contact=60, sliding="cap",
+        steps_per_contact=60,
     )  # fmt: skip
     bed = Assembly(cluster(fall=0.1), contact)
     p, l = bed.momentum(), bed.angular_momentum()

@@ -1,4 +1,4 @@
-"""Softening springs and sleeping grains: forces, balances, waking, resuming."""
+"""Softening springs: forces, balances, resuming."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from dem.contact.gravity import Field
 from dem.contact.settings import Contact, GrainLaw
 from dem.contact.walls import PLANE, Wall
 from dem.grains.assembly import ACTIVE, BALLISTIC, Assembly, Extras
-from dem.stiffness import change, sleeping
+from dem.stiffness import change
 from dem.stiffness import following as following_stiffness
 from matter.errors import InputError
 from matter.particles import Particles
@@ -19,7 +19,7 @@ BOX = (
     Wall(PLANE, species=0), Wall(PLANE, direction=(1, 0, 0)), Wall(PLANE, point=(9.0, 0, 0), direction=(-1, 0, 0)),
     Wall(PLANE, direction=(0, 1, 0)), Wall(PLANE, point=(0, 9.0, 0), direction=(0, -1, 0)),
 )  # fmt: skip
-LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4, restitution=0.4), sliding="cap", static_overlap=0.02)
+LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4, restitution=0.4), static_overlap=0.02)
 DOWN = Field.constant((0.0, 0.0, -1.0))
 FLOOR = 9 * 0.6 * 0.24 * 2.0
 """Pressure of nine layers of such grains: k_n may fall to 9 * 0.6 * 0.24 / 0.02 r = 65 r."""
@@ -218,60 +218,13 @@ def test_a_wave_keeps_its_energy_and_momentum_while_the_springs_follow(settled):
     assert bed.softness < 0.1 and bed.stiffness_excess < following_stiffness.BUDGET * handed
 
 
-def test_a_bed_at_rest_falls_asleep_and_keeps_its_books(settled):
-    bed = made(settled, Extras(sleep=True))
-    start, p, l = balance(bed), bed.momentum(), bed.angular_momentum()
-    for _ in range(1500):
-        if bed.steps % sleeping.EVERY == 0:
-            sleeping.look(bed)
-        bed.step()
-    assert np.mean(bed.asleep != 0) > 0.9 and np.mean(bed.live != 0) < 0.3
-    assert balance(bed) == pytest.approx(start, rel=1e-9)
-    assert np.abs(bed.momentum() - bed.report[4:7] - p).max() < 1e-10
-    assert np.abs(bed.angular_momentum() - bed.report[7:10] - l).max() < 1e-9
-    assert abs(bed.contacts - made(settled).contacts) <= 2
-
-
-@pytest.mark.parametrize("threads", [1, pytest.param(3, marks=pytest.mark.validation)])
-def test_an_impact_wakes_what_it_moves(settled, threads):
-    scene = drop_on(settled, 0.3)
-    sleepy, awake = made(scene, Extras(sleep=True), threads=threads), made(scene)
-    # asleep to begin with: all but the grain that falls
-    sleeping.lay(sleepy, np.flatnonzero(sleepy.identity != 1000))
-    sleepy.wake, sleepy.memory = sleeping.WAKE, sleeping.MEMORY
-    sleepy.survey()
-    assert 0 < np.mean(sleepy.live != 0) < 0.5
-    start, p = balance(sleepy), sleepy.momentum() - sleepy.report[4:7]
-    fewest = 1.0
-    for _ in range(6000):
-        for bed in (sleepy, awake):
-            if bed is sleepy and bed.steps % sleeping.EVERY == 0:
-                sleeping.look(bed)
-            bed.step()
-        fewest = min(fewest, float(np.mean(sleepy.asleep != 0)))
-    assert fewest < 0.8
-    assert balance(sleepy) == pytest.approx(start, rel=2e-3)
-    assert np.abs(sleepy.momentum() - sleepy.report[4:7] - p).max() < 1e-9
-    apart = np.linalg.norm(sleepy.particles({}).position - awake.particles({}).position, axis=1)
-    assert np.sqrt(np.mean(apart**2)) < 0.01
-    sleepy.drag[:] = 2.0
-    for _ in range(20_000):  # after 8,000 more than half are quiet or a third, as a machine rounds
-        if sleepy.steps % sleeping.EVERY == 0:
-            sleeping.look(sleepy)
-        sleepy.step()
-    assert np.mean(sleepy.asleep != 0) > 0.5
-    assert balance(sleepy) == pytest.approx(start, rel=2e-3)
-
-
-def test_sleep_and_softness_resume_bit_for_bit(settled):
+def test_softness_resumes_bit_for_bit(settled):
     def run(bed, follow, steps):
         for _ in range(steps):
-            if bed.steps % sleeping.EVERY == 0:
-                sleeping.look(bed)
             bed.step()
             follow.see()
 
-    options = Extras(offset=True, sleep=True)
+    options = Extras(offset=True)
     scene = drop_on(settled, 1.0)
     whole = made(scene, options)
     follow = following_stiffness.Following(whole, 1.0, 10.0)
@@ -284,7 +237,7 @@ def test_sleep_and_softness_resume_bit_for_bit(settled):
     following.restore(saved)
     run(whole, follow, 400)
     run(other, following, 400)
-    assert whole.softness < 1.0 and whole.asleep.any()
+    assert whole.softness < 1.0
     one, two = whole.saved(), other.saved()
     assert all(np.array_equal(one[name], two[name]) for name in one)
 

@@ -452,14 +452,14 @@ def test_what_the_stage_flies_itself(carved, tmp_path, engine):  # noqa: F811
     )
 
 
-def test_the_native_schemes_are_refused(carved, tmp_path, engine):  # noqa: F811
+def test_the_native_scheme_is_refused(carved, tmp_path, engine):  # noqa: F811
     start, body = (
         snapshot.read(carved / "4_handoff" / "start.vtkhdf"),
         LayeredBody.read(carved / "2_sph" / "target.json"),
     )
-    for scheme in ({"sleeping": True}, {"stiffness": "following"}):
-        with pytest.raises(InputError, match="need engine = 'native'"):
-            external.ExternalCollapse(stage.Settings(engine=engine, **SETTINGS, **scheme), start, body, tmp_path)
+    following = stage.Settings(engine=engine, stiffness="following", **SETTINGS)
+    with pytest.raises(InputError, match="needs engine = 'native'"):
+        external.ExternalCollapse(following, start, body, tmp_path)
 
 
 def test_the_stage_on_an_engine(carved, native, engine):  # noqa: F811

@@ -226,7 +226,7 @@ def test_containers(shape):
     lower = inside & (points[:, 2] < -4.0)
     assert lower.mean() * volume == pytest.approx(box.volume(-10.0, -4.0), rel=0.02)
     # the nearest wall is as far as the container says
-    table = rows(box.walls(), 1.0)
+    table = rows(box.walls())
     for x, depth in zip(points[inside][:300], box.depth_inside(points[inside][:300])):
         nearest = min(distance(row, *x)[0] for row in table)
         assert min(nearest, 2.0 - x[2]) == pytest.approx(depth, abs=1e-9)

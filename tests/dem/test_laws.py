@@ -70,24 +70,19 @@ def test_restitution_of_unequal_grains_is_the_same():
     assert (pair.velocity[order][1, 0] - pair.velocity[order][0, 0]) / 0.02 == pytest.approx(0.55, rel=0.01)
 
 
-def test_sliding_rules_differ_as_they_say():
+def test_a_sliding_spring_is_only_ever_shortened():
     beyond = dict(sx=1.0, sy=0.0, sz=0.0, ux=0.1, uy=0.0, uz=0.0, stiffness=10.0, damping=2.0, limit=4.0)
-    clamp = tangential_spring.force(*beyond.values(), tangential_spring.CLAMP)
-    cap = tangential_spring.force(*{**beyond, "ux": 10.0, "sx": 0.3}.values(), tangential_spring.CAP)
-    assert cap == pytest.approx((4.0, 0, 0, 0.3, 0, 0))  # the dashpot reached the limit: the spring stays
-    cap = tangential_spring.force(*beyond.values(), tangential_spring.CAP)
-    assert cap == pytest.approx((4.0, 0, 0, 0.4, 0, 0))
-    reset = tangential_spring.force(*beyond.values(), tangential_spring.RESET)
-    assert clamp == pytest.approx((4.0, 0, 0, 0.4, 0, 0))
-    assert reset == pytest.approx((0.2, 0, 0, 0, 0, 0))
-    within = tangential_spring.force(0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 10.0, 2.0, 4.0, tangential_spring.CLAMP)
+    fast = tangential_spring.force(*{**beyond, "ux": 10.0, "sx": 0.3}.values())
+    assert fast == pytest.approx((4.0, 0, 0, 0.3, 0, 0))  # the dashpot reached the limit: the spring stays
+    assert tangential_spring.force(*beyond.values()) == pytest.approx((4.0, 0, 0, 0.4, 0, 0))
+    within = tangential_spring.force(0.1, 0.0, 0.0, 0.1, 0.0, 0.0, 10.0, 2.0, 4.0)
     assert within == pytest.approx((1.2, 0, 0, 0.1, 0, 0))
 
 
 def test_sliders_carry_exactly_their_limit():
-    mx, my, mz, ax, ay, az = rolling_sds.moment(0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 100.0, 1.0, 5.0, tangential_spring.CLAMP)
+    mx, my, mz, ax, ay, az = rolling_sds.moment(0.3, 0.4, 0.0, 0.0, 0.0, 0.0, 100.0, 1.0, 5.0)
     assert (mx, my, mz) == pytest.approx((3.0, 4.0, 0.0)) and (ax, ay, az) == pytest.approx((0.03, 0.04, 0.0))
-    assert twisting_sds.moment(-1.0, 0.0, 10.0, 1.0, 4.0, tangential_spring.CLAMP) == pytest.approx((-4.0, -0.4))
+    assert twisting_sds.moment(-1.0, 0.0, 10.0, 1.0, 4.0) == pytest.approx((-4.0, -0.4))
 
 
 def test_the_weaker_partner_rules_a_mixed_contact():
@@ -96,7 +91,7 @@ def test_the_weaker_partner_rules_a_mixed_contact():
     assert table[0, 0, 2] == 0.5 and table[0, 1, 2] == 0.0
 
 
-def test_stiffness_rule_and_its_limit():
+def test_the_stiffness_and_its_limit():
     contact = Contact()
     radius, bulk, sound = np.array([1000.0]), 9.47e9, math.sqrt(9.47e9 / 917.0)
     mass = 1500.0 * 4 / 3 * math.pi * radius**3
@@ -108,15 +103,6 @@ def test_stiffness_rule_and_its_limit():
     assert contact.stiffness(radius, mass, "ice", 5e8)[0] == pytest.approx(5e8 * 1000.0 / 0.02)
     stiff = contact.stiffness(radius, mass, "ice", 1e12)[0]
     assert 2 * 1000.0 * math.sqrt(stiff / mass[0]) == pytest.approx(2 * sound)
-
-
-def test_the_kinetic_rule_keeps_a_collision_within_the_overlap():
-    contact = Contact(stiffness_rule="kinetic", expected_speed=2.0, static_overlap=0.01)
-    radius, mass = np.array([0.3]), np.array([100.0])
-    k = contact.stiffness(radius, mass, "ice", 0.0)[0]
-    # two such grains at 2 m/s: x = v sqrt(m / 2 k)
-    assert 2.0 * math.sqrt(mass[0] / (2 * k)) == pytest.approx(0.01 * 0.3 / math.sqrt(2.0))
-    assert contact.stiffness(radius, mass, "ice", 1e8)[0] == pytest.approx(1e8 * 0.3 / 0.01)
 
 
 def test_a_solid_of_a_density_of_its_own_has_its_own_sound_speed():

@@ -16,7 +16,7 @@ from matter.constants import G
 from matter.points import packing
 from tests.dem.scenes import cluster, grains
 
-LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4), sliding="cap", overlap_stop=1.5)
+LAW = Contact(shell=GrainLaw(friction=0.5, shape=0.4), overlap_stop=1.5)
 
 
 def test_it_is_the_sum_over_pairs():

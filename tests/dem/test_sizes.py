@@ -67,7 +67,7 @@ def test_a_mixture_of_sizes_keeps_its_momenta_whatever_the_search(monkeypatch):
     beds = []
     for worth in (1.0, np.inf):
         monkeypatch.setattr(size_levels, "WORTH_IT", worth)
-        bed = assembly(scene, overlap_stop=1.5, sliding="cap")
+        bed = assembly(scene, overlap_stop=1.5)
         p, l = bed.momentum(), bed.angular_momentum()
         scale_p = float(np.sum(bed.mass * np.linalg.norm(bed.velocity, axis=1)))
         scale_l = float(bed.mass @ np.linalg.norm(np.cross(bed.position, bed.velocity), axis=1))

@@ -151,8 +151,8 @@ def test_the_content_of_a_closure_is_that_of_its_scheme():
         return kernel_cache.content_of(forces.pair_loop.__wrapped__(forces.Scheme(**flags)).py_func, str)
 
     assert content() == content()
-    assert len({content(), content(normal=1), content(sleep=1), content(cohesion=1)}) == 4
+    assert len({content(), content(normal=1), content(offset=1), content(cohesion=1)}) == 4
     # a flag that only closures within read
-    one, other = (forces.pair_loop.__wrapped__(forces.Scheme(sliding=rule)) for rule in (0, 1))
+    one, other = (forces.pair_loop.__wrapped__(forces.Scheme(tangential=kind)) for kind in (0, 1))
     assert "scheme" not in one.py_func.__code__.co_freevars and "scheme" in names_within(one)
     assert kernel_cache.content_of(one.py_func, str) != kernel_cache.content_of(other.py_func, str)

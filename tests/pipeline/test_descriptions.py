@@ -61,7 +61,7 @@ def test_every_table_and_key_is_printed_with_unit_range_and_default():
     ("name", "words", "absent"),
     [
         ("sph.late", ["[sph.late]", "  sound_speed  (quantity in m/s, > 0; required)"], "[sph]"),
-        ("[dem.contact]", ["[dem.contact.shell]", '  sliding  ("cap" | "clamp" | "reset"; default "cap")'], "[dem]"),
+        ("[dem.contact]", ["[dem.contact.shell]", '  cohesion  ("none" | "zhang" | "sjkr"; default "none")'], "[dem]"),
         ("target.layers.0", ["[[target.layers]]", "  thickness"], "[impact]"),
         (
             "sph.materials.ice.collins",
