@@ -25,7 +25,7 @@ from matter.compilation import jit
 from matter.files import snapshot
 from sph.bodies import seeding
 from sph.bodies import target as bodies
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.materials.rows import Materials, collect
 from sph.materials.settings import Choice
 from sph.pairs import rates as pair_rates

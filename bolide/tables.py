@@ -52,7 +52,7 @@ def scaling(
     angle_from_vertical: float | str = 0.0,
     ground: str | None = None,
 ) -> pandas.DataFrame:
-    """Transient apparent diameter by scaling laws (``crater.scaling.laws``), a row per law.
+    """Transient apparent diameter by scaling laws (``crater.scaling.crater_size``), a row per law.
 
     ``projectile`` and ``target`` are names of materials, taken with the pores that their files give them; ``radius``,
     ``speed``, ``gravity`` and the angle are SI numbers or texts with units; ``ground``: only the laws for ``fluid``,
@@ -64,7 +64,7 @@ def scaling(
     """
     import pandas
 
-    from crater.scaling import laws as laws
+    from crater.scaling import crater_size as laws
     from matter.case import at_rest, quantity
 
     def si(value: float | str, unit: str, what: str) -> float:

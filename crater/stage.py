@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from crater.comparison import against_published
-from crater.ejecta import ballistic, flight, launch
+from crater.ejecta import ballistic, ejecta_flight, launch
 from crater.ground import datum as datums
 from crater.ground.datum import Datum
 from crater.measures import blanket
@@ -35,7 +35,7 @@ from crater.results.findings import (
     densities,
     with_chain_errors,
 )
-from crater.scaling import laws as scaling
+from crater.scaling import crater_size as scaling
 from crater.scaling import melt as melt_scaling
 from crater.settings import Published, Settings
 from crater.shock import decay as shock_decay
@@ -64,7 +64,7 @@ def idle_sources(settings: Settings) -> set[Path]:
     idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
     if not settings.target.solid:
         idle |= {*(Path(__file__).parent / "bodies").glob("*.py"), *(Path(str(m.__file__)) for m in (tree, standing))}
-    weightless = {Path(str(module.__file__)) for module in (scaling, flight)}
+    weightless = {Path(str(module.__file__)) for module in (scaling, ejecta_flight)}
     return idle | (weightless if not settings.target.weighs else set())
 
 

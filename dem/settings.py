@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, model_validator
 
-from dem import durations
+from dem import collapse_durations
 from dem.contact.settings import Contact
 from dem.engines.deviations import Deviation
 from matter.case import at_rest
@@ -27,21 +27,28 @@ class Settings(Model):
     """Materials that the case makes denser or lighter than their files."""
     contact: Contact = Contact()
     """How grains touch, ``[dem.contact]``; the bed settles under the same laws."""
-    end_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.END))
-    """Earliest end, counted from the impact; by default five formation times of the crater (``dem.durations``)."""
-    latest_time: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.LATEST))
+    end_time: PositiveTime = Field(
+        default_factory=lambda given: collapse_durations.crater_times(given, collapse_durations.END)
+    )
+    """Earliest end, counted from the impact; by default five formation times of the crater
+    (``dem.collapse_durations``)."""
+    latest_time: PositiveTime = Field(
+        default_factory=lambda given: collapse_durations.crater_times(given, collapse_durations.LATEST)
+    )
     """Latest end, counted from the impact; by default ten formation times."""
-    still_interval: PositiveTime = Field(default_factory=lambda given: durations.crater_times(given, durations.STILL))
+    still_interval: PositiveTime = Field(
+        default_factory=lambda given: collapse_durations.crater_times(given, collapse_durations.STILL)
+    )
     """The run ends when the profile has changed by less than ``still_change`` over this time; by default 5/6 of the
     formation time."""
     still_change: Annotated[float, Field(gt=0.0, le=5.0)] = 0.1
     """RMS change of the profile, in mean grain radii, below which it counts as still."""
     snapshot_interval: PositiveTime = Field(
-        default_factory=lambda given: durations.crater_times(given, durations.SNAPSHOT)
+        default_factory=lambda given: collapse_durations.crater_times(given, collapse_durations.SNAPSHOT)
     )
     """Simulated time between snapshots; by default a sixth of the formation time."""
     history_interval: PositiveTime = Field(
-        default_factory=lambda given: durations.HISTORY * given["snapshot_interval"]
+        default_factory=lambda given: collapse_durations.HISTORY * given["snapshot_interval"]
     )
     """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
     grains: Annotated[int, Field(ge=1), View()] = 20_000

@@ -7,14 +7,14 @@ from pathlib import Path
 import numba
 import numpy as np
 
-from dem import used_laws
+from dem import used_contact_laws
 from dem.beds import patch, settling
 from dem.beds.flat_ground import FlatGround, ground_of
+from dem.beds.grain_packing import FRACTION
 from dem.beds.layered_body import LayeredBody
-from dem.beds.packing import FRACTION
 from dem.beds.solid_body import SolidBody, is_solid
-from dem.collapse import external, whole_body
-from dem.collapse.run import Collapse
+from dem.collapse import external, whole_body_collapse
+from dem.collapse.collapse_run import Collapse
 from dem.contact.grain_solid import elastic
 from dem.engines import program
 from dem.settings import Settings
@@ -39,7 +39,7 @@ APPROACH = 0.6
 BODY_APPROACH = 2.8
 """The same on a body of any shape (9.8 cm/s of 3.5 on an ellipsoid of 110 m, 12 s after the impact)."""
 
-idle_sources = used_laws.of_collapse
+idle_sources = used_contact_laws.of_collapse
 
 
 def _raised(settings: Settings) -> float | None:
@@ -147,7 +147,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if whole and facts is not None:
         ground = patch.ground_of(facts)
     elif whole:
-        whole_body.check(settings)
+        whole_body_collapse.check(settings)
         ground = SolidBody.read(target, settings.target)
     else:
         ground = ground_of(target)

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 from pydantic import Field, field_validator
 
 from handoff.ledger import check_waivers
-from handoff.source import surface
+from handoff.source import cloud_surface
 from handoff.transfer import control as controls
 from matter.case import at_rest, formation_time
 from matter.case.at_rest import Densities
@@ -30,7 +30,7 @@ def _until(given: Mapping[str, Any]) -> float | None:
     return float(f"{LATEST * formation_time.of_crater(impact.expected_transient_diameter, gravity):.2g}")
 
 
-class Settings(surface.Rules):
+class Settings(cloud_surface.Rules):
     """The handoff's own table ``[handoff]`` in a case file."""
 
     target: Annotated[Target | None, View()] = None

@@ -19,11 +19,11 @@ from handoff import away
 from handoff.domains import domain as domains
 from handoff.domains import turning
 from handoff.ledger import Ledger
-from handoff.ledger_rows import account, fields, shock, whole_body
-from handoff.pages import report
+from handoff.ledger_rows import account, field_rows, shock_rows, whole_body_rows
+from handoff.pages import handoff_report
 from handoff.settings import Settings
-from handoff.source import grain_size, handoff_time, hydrostatic, laying, surface
-from handoff.transfer import compare, direct, transfer
+from handoff.source import cloud_surface, grain_size, handoff_time, hydrostatic, laying
+from handoff.transfer import compare_clouds, direct, transfer
 from handoff.transfer import control as controls
 from handoff.transfer.handed import Handoff
 from matter.case.body import Impact, Target
@@ -72,7 +72,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     region = domains.read(bed.attributes, settings.target)
     patch = laying.of_bed(bed, settings.target, inputs / "2_sph")
     column = patch.column if patch else column_for(inputs, region)
-    rules = surface.Rules(**{name: getattr(settings, name) for name in surface.Rules.model_fields})
+    rules = cloud_surface.Rules(**{name: getattr(settings, name) for name in cloud_surface.Rules.model_fields})
     progress = Progress("handoff", 1.0)
     choice, as_it_is = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress, patch)
     source = laying.to_bed(as_it_is, region, patch)
@@ -84,18 +84,18 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     ledger = mapped
     if settings.method == "direct":
         ledger = account.ledger_of_direct(_needed(straight), handoff, source, bed, column, settings.waive)
-    shock.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
+    shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
     start = _needed(straight).start if settings.method == "direct" else handoff.start
     if settings.control != "none":
         start = controls.start(settings.control, handoff, bed)
     start = turning.to_run(start, region)
     if settings.method == "mapped":
-        whole_body.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
+        whole_body_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
     ledger.complete()
     progress.update(0.85, "writing", force=True)
     start.attributes |= _measuring(source, region, patch, settings.impact)
     named = start.attributes.get("materials", [])
-    start.attributes["reference_densities_kg_m3"] = surface.solid_densities(source, named)
+    start.attributes["reference_densities_kg_m3"] = cloud_surface.solid_densities(source, named)
     start.attributes |= away.leave(settings, handoff, as_it_is, inputs, out)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     if patch is not None:
@@ -113,7 +113,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
     archive.write_json(out / "handoff.json", record)
     _write_residuals(handoff, source, bed, out / "residuals.h5")
-    report.write(inputs, out, settings.pictures)
+    handoff_report.write(inputs, out, settings.pictures)
     progress.update(1.0, "done", force=True)
     if ledger.failures:
         raise Unsound(f"handoff: {', '.join(ledger.failures)} beyond the limit; see {out / 'report.html'}")
@@ -122,7 +122,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 def hand_over(
     source: Particles,
     bed: Particles,
-    rules: surface.Rules | None = None,
+    rules: cloud_surface.Rules | None = None,
     column: hydrostatic.Column | None = None,
     waive: dict | None = None,
     target: Target | None = None,
@@ -145,7 +145,7 @@ def hand_over(
     Returns the bed that the granular stage starts from, and the ledger. Raises ``InputError`` for inputs that cannot
     be handed over.
     """
-    rules, region = rules or surface.Rules(), domains.read(bed.attributes, target)
+    rules, region = rules or cloud_surface.Rules(), domains.read(bed.attributes, target)
     if PATCH in bed.attributes and source.attributes.get("frame") == "solid":
         raise InputError("the bed is a patch of a body laid flat: lay the source flat before (handoff.source.laying)")
     column = column or column_of(source, region)
@@ -153,8 +153,8 @@ def hand_over(
     handoff = transfer.hand_over(source, bed, rules, column, region, until)
     start = turning.to_run(handoff.start, region)
     ledger = account.ledger_of(handoff, source, bed, column, waive or {})
-    shock.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
-    whole_body.enter(ledger, handoff, as_it_is, start)
+    shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
+    whole_body_rows.enter(ledger, handoff, as_it_is, start)
     ledger.complete()
     return start, ledger
 
@@ -211,7 +211,7 @@ def column_for(inputs: Path, region: domains.Domain) -> hydrostatic.Column:
 
 def chosen_source(
     settings: Settings,
-    rules: surface.Rules,
+    rules: cloud_surface.Rules,
     folder: Path,
     bed: Particles,
     region: domains.Domain,
@@ -285,7 +285,7 @@ def _record(
         },
         "local_momentum": [
             {"region": name, "relative": value, "share": share}
-            for name, value, share in compare.local_momentum(handoff.mapped.fields, region)
+            for name, value, share in compare_clouds.local_momentum(handoff.mapped.fields, region)
         ],
         "ejecta_mass_kg": dict(handoff.ejecta.mass_by_state()),
         "ejecta_fates_kg": dict(handoff.ejecta.mass_by_fate()),
@@ -294,8 +294,8 @@ def _record(
 
 def _write_residuals(handoff: Handoff, source: Particles, bed: Particles, path: Path) -> None:
     """What the report draws: the split, surface heights of both clouds, and the fields cell by cell."""
-    number, size = fields.comparison_cells(handoff, source, grain_size.at_impact(bed))
-    cells = compare.field_difference(fields.corrected_fields(handoff, source, bed), number, size)
+    number, size = field_rows.comparison_cells(handoff, source, grain_size.at_impact(bed))
+    cells = compare_clouds.field_difference(field_rows.corrected_fields(handoff, source, bed), number, size)
     foot, distance, height, carved = handoff.carving.columns
     archive.write(
         path,

@@ -13,7 +13,7 @@ from pathlib import Path
 
 from matter.errors import Unsound
 from matter.files import archive, checkpoint
-from nbody.census import census, soundness
+from nbody.census import census, integration_soundness
 from nbody.integrators import cash_karp, moon_mode, rkck
 from nbody.masses.system import GALILEAN, jovian
 from nbody.population import conditions, encounters, rules
@@ -59,7 +59,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     request = settings.request
     system = jovian(settings.body)
     tally = census.collect(request, out)
-    drift = soundness.jacobi_drift(system, request.population, settings.seed)
+    drift = integration_soundness.jacobi_drift(system, request.population, settings.seed)
     encounters.write(out / "encounters.h5", tally.table, _attributes(settings, tally))
     window = None
     if settings.latitude is not None:

@@ -38,7 +38,7 @@ def _inspect_handoff(
     """Print the ledger of a handoff: what went in, what came out, each limit and its verdict."""
 
     def action() -> int:
-        from handoff.pages import report
+        from handoff.pages import handoff_report
         from matter.errors import InputError
         from matter.files import lock
         from pipeline.store import intact, view
@@ -52,12 +52,12 @@ def _inspect_handoff(
 
             runs.run(place, only, threads, draws or runs.DRAWS)
         intact.check_shown(place, "handoff")
-        code = report.print_ledger(place)
+        code = handoff_report.print_ledger(place)
         if lock.taken(busy := place / "run.lock"):
             print(f"\nthe page stays as it is: {place} is in use by {lock.holder(busy)}")
         else:
             with view.owned(place, "handoff") as out:
-                report.write(place, out, pictures)
+                handoff_report.write(place, out, pictures)
             print(f"\nreport: {out / 'report.html'}")
         return code
 

@@ -18,11 +18,11 @@ from matter.cadence import Cadence
 from matter.files import checkpoint, snapshot
 from matter.particles import Particles
 from matter.wording import readable
-from sph import cloud_snapshot, prediction
+from sph import cloud_snapshot, cost_prediction
 from sph.bodies import ground as grounds
 from sph.bodies import projectile, seeding, solid_target, symmetry
 from sph.bodies import target as bodies
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.boundary.edge import Edge
 from sph.materials import rows as material_rows
 from sph.settings import Settings
@@ -58,7 +58,7 @@ class Simulation:
         self.times: dict[str, float] = {}
         self.phase = "relax" if settings.relaxes else "impact"
         self.cadence = Cadence()
-        self.work = prediction.work(settings)
+        self.work = cost_prediction.work(settings)
 
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings

@@ -14,7 +14,7 @@ from typing import Any
 from matter import progress
 from matter.case.body import Target
 from matter.files import archive, checkpoint
-from sph import prediction
+from sph import cost_prediction
 from sph.bodies import ground as grounds
 from sph.bodies import solid_target
 from sph.bodies import target as bodies
@@ -55,12 +55,12 @@ def idle_sections(settings: Settings) -> set[tuple[str, str]]:
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time [s] (warm kernels, the threads in use), memory and disk [bytes] of this stage, and the sizes that the
     stages after it go by."""
-    return prediction.predict(settings)
+    return cost_prediction.predict(settings)
 
 
 def explain(settings: Settings) -> list[str]:
     """What the particles are and what the cost follows from, in words."""
-    return prediction.explain(settings)
+    return cost_prediction.explain(settings)
 
 
 def target_facts(settings: Settings) -> dict[str, Any]:

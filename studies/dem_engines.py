@@ -26,7 +26,7 @@ def carve(run: Path, out: Path) -> None:
     """Write ``out`` as a run folder whose handoff is the carved bed."""
     import numpy as np
 
-    from dem.beds.domain import Domain
+    from dem.beds.bed_domain import Domain
     from matter.files import snapshot
     from matter.particles import Particles
 
@@ -56,7 +56,7 @@ def profile(folder: Path, width: float):
     radius."""
     import numpy as np
 
-    from dem.beds.domain import Domain
+    from dem.beds.bed_domain import Domain
     from matter.files import snapshot
 
     last = snapshot.read(folder / "last.vtkhdf")

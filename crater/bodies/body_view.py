@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crater.bodies.findings import BodyStage
+from crater.bodies.body_findings import BodyStage
 from crater.bodies.height_map import HeightMap
 from crater.drawing import turning_view
-from matter.solids.shape import Points
+from matter.solids.body_shape import Points
 from matter.wording import drawing, readable
 
 MOST_POINTS = 10_000

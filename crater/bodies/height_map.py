@@ -21,7 +21,7 @@ from scipy.spatial import cKDTree
 
 from crater.bodies import levels
 from crater.bodies.look import Look
-from matter.solids.shape import Points, Shape, enclosed
+from matter.solids.body_shape import Points, Shape, enclosed
 
 MOVED = 1.0
 """Spacings (two radii of a grain) by which matter has to move against the body to count as moved."""

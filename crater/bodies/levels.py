@@ -12,7 +12,7 @@ from scipy.spatial import cKDTree
 
 from crater.ground.cloud import Cloud
 from matter.compilation.jit import kernel
-from matter.solids.shape import Points, Shape
+from matter.solids.body_shape import Points, Shape
 
 BELOW, ABOVE, STEPS = 6.0, 2.5, 4
 """A column is looked at from so many local spacings below its highest particle to so many above it, in steps of a

@@ -17,7 +17,7 @@ from crater.ground.cloud import Cloud
 from matter.constants import G
 from matter.geometry import tree
 from matter.particles import Particles
-from matter.solids.shape import Shape
+from matter.solids.body_shape import Shape
 from matter.solids.standing import Pose, Standing, motion
 
 THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01

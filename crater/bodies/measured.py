@@ -17,7 +17,7 @@ from crater.bodies import classes, exchange, hollow
 from crater.bodies.seen import Pair, Seen
 from crater.measures.uncertainty import Quantity, quantity
 from matter.solids import standing
-from matter.solids.shape import enclosed
+from matter.solids.body_shape import enclosed
 from matter.wording.body_measures import BY_NAME, TABLE
 
 

@@ -13,7 +13,7 @@ from crater.bodies.exchange import Exchange, Orbit
 from crater.bodies.height_map import HeightMap
 from crater.bodies.look import Look, Rigid
 from crater.measures.uncertainty import Quantity
-from matter.solids.shape import Shape
+from matter.solids.body_shape import Shape
 
 NEAR = 1.2
 """Bound matter out to so many of the body's largest distances from its centre may be counted to it."""

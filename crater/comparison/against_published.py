@@ -10,7 +10,7 @@ from crater.comparison.difference import profile_difference
 from crater.measures.measure import Measures, Quantity
 from crater.results import heads
 from crater.results.findings import Compared, Findings, final_entry, time_of
-from crater.scaling import laws as scaling
+from crater.scaling import crater_size as scaling
 from crater.settings import Published
 from matter.case import quantity
 from matter.errors import InputError

@@ -1,5 +1,5 @@
 """The ejecta catalogue: every particle that the shock stage threw out, where it left the ground, when, how fast, what
-it is, how strongly it was shocked, and where it ends in free flight (``crater.ejecta.flight``).
+it is, how strongly it was shocked, and where it ends in free flight (``crater.ejecta.ejecta_flight``).
 
 A particle is thrown out when it first stands higher than ``above`` and rises; from there it is led back to the ground
 and on to its fate. What is pushed later by its neighbours is not followed, nor what rises less high: fates hold where
@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crater.ejecta import flight
+from crater.ejecta import ejecta_flight
 from crater.ground.datum import Datum
 from matter.errors import InputError
 from matter.files import archive
@@ -69,7 +69,9 @@ def of(frames: Iterable[Particles], datum: Datum, gravity: float, above: float, 
         new = ~seen & (height > above) & (up > 0.0)
         seen |= new
         kept = _bodies(frame.mass[~seen], frame.layer[~seen])
-        flown = flight.of(datum, gravity, escape_speed, datum.local(frame.position[new]), frame.velocity[new] @ axes.T)
+        flown = ejecta_flight.of(
+            datum, gravity, escape_speed, datum.local(frame.position[new]), frame.velocity[new] @ axes.T
+        )
         now = float(frame.attributes.get("time", np.nan))
         upward = (
             flown.place / np.linalg.norm(flown.place, axis=1)[:, None] if datum.is_sphere else np.array([0, 0, 1.0])
@@ -98,12 +100,12 @@ def distance(catalogue: Catalogue, crater: Datum) -> np.ndarray:
 def where(catalogue: Catalogue, crater: Datum, radius: float) -> dict[str, np.ndarray]:
     """Which rows have which fate, what falls back inside ``radius`` [m] of the crater's axis apart from what lands
     beyond."""
-    falls, far = catalogue.fate == flight.FALLS, distance(catalogue, crater) > radius
+    falls, far = catalogue.fate == ejecta_flight.FALLS, distance(catalogue, crater) > radius
     return {
         INSIDE: falls & ~far,
         BEYOND: falls & far,
-        ESCAPES: catalogue.fate == flight.ESCAPES,
-        CIRCLES: catalogue.fate == flight.CIRCLES,
+        ESCAPES: catalogue.fate == ejecta_flight.ESCAPES,
+        CIRCLES: catalogue.fate == ejecta_flight.CIRCLES,
     }
 
 
@@ -167,4 +169,6 @@ def write(
         "gravity_m_s2": gravity,
         **({"radius_m": datum.radius} if datum.is_sphere else {}),
     }
-    archive.write(path, arrays, {"fates": list(flight.FATES), "materials": materials, **ground, **(facts or {})})
+    archive.write(
+        path, arrays, {"fates": list(ejecta_flight.FATES), "materials": materials, **ground, **(facts or {})}
+    )

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crater.scaling import laws
+from crater.scaling import crater_size
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.wording import readable
@@ -83,7 +83,7 @@ class Fit(NamedTuple):
 
 def fit(
     ejecta: Launched,
-    event: laws.ImpactEvent,
+    event: crater_size.ImpactEvent,
     radius: float,
     inner: float = 1.2,
     outer: float = 0.9,
@@ -117,8 +117,8 @@ def fit(
                 f"{outer:g} R; found {len(table)}"
             )
         x, v = table[:, 0], table[:, 1]
-        bent = np.maximum(1.0 - x / (laws.SAND_EDGE * radius), 1e-9) ** laws.SAND_BEND
-        place = x / event.radius * (event.target_density / event.projectile_density) ** laws.NU
+        bent = np.maximum(1.0 - x / (crater_size.SAND_EDGE * radius), 1e-9) ** crater_size.SAND_BEND
+        place = x / event.radius * (event.target_density / event.projectile_density) ** crater_size.NU
         slope, offset = np.polyfit(np.log(place), np.log(v / (event.speed * np.cos(event.angle)) / bent), 1)
         return float(-1.0 / slope), float(np.exp(offset)), table
 

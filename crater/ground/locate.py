@@ -10,7 +10,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crater.ground import cloud as clouds
-from crater.ground import smoothing, surface
+from crater.ground import surface, surface_smoothing
 from crater.ground.cloud import Cloud
 from crater.ground.datum import Datum, fit_sphere, plane, sphere
 from crater.ground.radial_profile import Relief, relief
@@ -98,7 +98,7 @@ def edge_of(cloud: Cloud, datum: Datum) -> float:
     distance, azimuth, _ = datum.polar(cloud.position)
     sector = (azimuth / (2.0 * np.pi) * EDGE_SECTORS).astype(int) % EDGE_SECTORS
     far = np.zeros(EDGE_SECTORS)
-    np.maximum.at(far, sector, distance - smoothing.SUPPORT * cloud.spacing)
+    np.maximum.at(far, sector, distance - surface_smoothing.SUPPORT * cloud.spacing)
     edge = float(far.min())
     return min(edge, 0.5 * np.pi * datum.radius) if datum.is_sphere else edge
 

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crater.ground import smoothing
+from crater.ground import surface_smoothing
 from crater.ground.datum import Datum
 from crater.ground.surface import Columns, Heights, Undisturbed, column_points
 from matter.errors import InputError
@@ -104,7 +104,7 @@ def profile_of(ground: Relief, header: dict[str, str] | None = None) -> Profile:
     known = np.isfinite(mean)
     height = mean.copy()
     if known.sum() > 2:
-        height[known] = smoothing.sharpened(columns.distance[known], columns.spacing[known], mean[known])
+        height[known] = surface_smoothing.sharpened(columns.distance[known], columns.spacing[known], mean[known])
     p16, p84 = np.full(len(height), np.nan), np.full(len(height), np.nan)
     count = np.zeros(len(height), dtype=int)
     start = columns.start

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
-from crater.ground import smoothing
+from crater.ground import surface_smoothing
 from crater.ground.datum import Datum
 from crater.ground.radial_profile import Relief
 
@@ -30,7 +30,7 @@ class Ruler:
 
     def sharpened(self, h: np.ndarray) -> np.ndarray:
         """Heights (rings,) or (rings, sectors) with the rounding undone."""
-        return smoothing.sharpened(self.s, self.d, h, self.sharpen)
+        return surface_smoothing.sharpened(self.s, self.d, h, self.sharpen)
 
 
 def make_ruler(ground: Relief, scale: float, mean: np.ndarray) -> Ruler:
@@ -39,10 +39,10 @@ def make_ruler(ground: Relief, scale: float, mean: np.ndarray) -> Ruler:
     columns = ground.columns
     s, d = columns.distance, columns.spacing
     area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])
-    sharpen = smoothing.inverse(s, d)
+    sharpen = surface_smoothing.inverse(s, d)
     fine = _local_quadratic(s, area, np.maximum(1.5 * d, 0.08 * scale))
     # the floor is smoothed without the wall: what lies below 0.6 of the deepest ring inside the crater
-    seen = fine @ smoothing.sharpened(s, d, mean, sharpen)
+    seen = fine @ surface_smoothing.sharpened(s, d, mean, sharpen)
     inside = s < 0.9 * scale
     deepest = float(seen[inside].min()) if inside.any() else float(seen.min())
     bottom = inside & (seen < 0.6 * deepest) if deepest < 0.0 else inside
@@ -160,9 +160,9 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
     # the highest ring of a broad crest may be far from its top, and the bootstrap must be free to find it elsewhere
     knots = np.linspace(first - max(1.25 * d, 0.2 * apparent), first + max(1.25 * d, 0.2 * apparent), KNOTS)
     knots = knots[(knots > s[1]) & (knots < s[-4])]
-    solve, reject, where = [], [], smoothing.places(s, ruler.d[use])
+    solve, reject, where = [], [], surface_smoothing.places(s, ruler.d[use])
     for knot in knots:
-        basis = np.column_stack([smoothing.averaged(part, where) for part in _two_parabolas(knot, d)])
+        basis = np.column_stack([surface_smoothing.averaged(part, where) for part in _two_parabolas(knot, d)])
         inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
         solve.append(inverse)
         reject.append(w[:, None] * (np.eye(len(s)) - basis @ inverse))

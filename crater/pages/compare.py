@@ -58,13 +58,13 @@ def compare(
         written.append("comparison_profiles.csv")
     print(_printed(craters, said))
     if drawing.possible("the comparison", print):
-        from crater.pictures import plot, sections
+        from crater.pictures import plot, plot_sections
 
         plot.draw_comparison(craters, folder / picture)
         written.insert(0, picture)
         placed = [crater for crater in craters if crater.snapshot is not None and crater.datum is not None]
         if placed:
-            sections.draw_side_by_side(placed, folder / "cross_sections.png")
+            plot_sections.draw_side_by_side(placed, folder / "cross_sections.png")
             written.append("cross_sections.png")
     print(
         f"written to {folder}: {', '.join(written)} (each profile uses its own datum; nothing is shifted or scaled "

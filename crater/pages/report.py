@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crater.bodies import report as of_body
+from crater.bodies import body_report as of_body
 from crater.ejecta import ballistic
 from crater.ground import cloud
 from crater.measures import chain
@@ -15,7 +15,7 @@ from crater.measures.measure import Measures, Quantity
 from crater.pages import block_view, report_evidence, report_matter
 from crater.results import handover, heads
 from crater.results.findings import Findings, columns, final_entry
-from crater.scaling import laws as scaling
+from crater.scaling import crater_size as scaling
 from matter.files import archive
 from matter.wording import drawing, page, readable
 from matter.wording.crater_measures import BY_NAME, TABLE

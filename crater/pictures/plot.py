@@ -10,16 +10,16 @@ from typing import Any
 
 import numpy as np
 
-from crater.bodies import plot as plot_body
+from crater.bodies import body_plot as plot_body
 from crater.comparison.craters import Crater
 from crater.comparison.observations import Zone
 from crater.drawing.figure import INK, figure, grid, save
 from crater.ground.radial_profile import Profile
 from crater.measures.measure import Measures
-from crater.pictures import ejecta, excavation, heights, sections
-from crater.pictures import settled as plot_settled
+from crater.pictures import plot_ejecta, plot_excavation, plot_heights, plot_sections
+from crater.pictures import plot_settled as plot_settled
 from crater.results.findings import LATE_SHOCK, Findings
-from crater.scaling import laws as scaling
+from crater.scaling import crater_size as scaling
 from matter.wording import readable
 from matter.wording.crater_measures import MAXIMA, TABLE
 
@@ -46,28 +46,28 @@ def draw_all(findings: Findings, out: Path) -> None:
     if any(moment.measures for moment in findings.moments):
         draw_series(findings, out / "time_series.png")
     if findings.ejected.faster_than:
-        ejecta.draw_ejecta(findings, out / "ejecta.png")
+        plot_ejecta.draw_ejecta(findings, out / "ejecta.png")
     if findings.ejected.launch:
-        ejecta.draw_launches(findings, out / "launch.png")
+        plot_ejecta.draw_launches(findings, out / "launch.png")
     if findings.ejected.excavation:
         origin = findings.ejected.excavation
-        excavation.draw(
+        plot_excavation.draw(
             origin["blanket"], origin["depth_m"] / origin["depth_over_transient_diameter"], out / "excavation.png"
         )
     if settled := findings.settled_matter:
         if any(sum(entry["mass_kg"]) > 0.0 for entry in settled["by_distance"]):
-            excavation.draw(settled["by_distance"], 2.0 * settled["radius_m"], out / "blanket.png", "distance")
+            plot_excavation.draw(settled["by_distance"], 2.0 * settled["radius_m"], out / "blanket.png", "distance")
         if findings.setting.shape is None:
             plot_settled.draw(findings, out / "section_origin.png")
     if findings.final is not None:
-        heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
+        plot_heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
     if findings.body:
         plot_body.draw_all(findings.body[-1], out)
     if findings.setting.shape is not None:  # its ground is no plane through which a section could be laid
         return
-    sections.draw_cross_sections(findings, out / "cross_section.png")
-    sections.draw_in_time(findings, out / "sections_in_time.png")
-    sections.draw_grains_in_time(findings, out / "sections_grains.png")
+    plot_sections.draw_cross_sections(findings, out / "cross_section.png")
+    plot_sections.draw_in_time(findings, out / "sections_in_time.png")
+    plot_sections.draw_grains_in_time(findings, out / "sections_grains.png")
 
 
 def draw_one(measures: Measures, name: str, folder: Path) -> None:
@@ -84,7 +84,7 @@ def draw_one(measures: Measures, name: str, folder: Path) -> None:
     axis.legend(frameon=False)
     grid(axis)
     save(fig, folder / "profile.png")
-    heights.draw_heightmap(measures, folder / "heightmap.png")
+    plot_heights.draw_heightmap(measures, folder / "heightmap.png")
 
 
 def _mark(axis, measures: Measures, scale: float, colour: str) -> None:

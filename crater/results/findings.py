@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from crater.bodies.findings import BodyStage
+from crater.bodies.body_findings import BodyStage
 from crater.ejecta.ballistic import Ballistic
 from crater.ejecta.catalogue import Catalogue
 from crater.ejecta.size_classes import Sizes
@@ -20,11 +20,11 @@ from crater.measures.measure import Measures, Quantity
 from crater.results import heads, series
 from crater.results.choices import Choices
 from crater.results.rest import UNKNOWN, Rest
-from crater.scaling import laws as scaling
+from crater.scaling import crater_size as scaling
 from crater.settings import ChainError, Settings
 from matter.case import at_rest
 from matter.files import archive, snapshot
-from matter.solids.shape import Shape
+from matter.solids.body_shape import Shape
 from matter.wording.crater_measures import MAXIMA, MOMENTS
 
 LATE_SHOCK = "all-SPH late stage"

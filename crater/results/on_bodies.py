@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from crater.bodies import findings as bodies
-from crater.bodies.findings import Body, BodyStage
+from crater.bodies import body_findings as bodies
+from crater.bodies.body_findings import Body, BodyStage
 from crater.measures.measure import Measures
 from crater.results.findings import Findings
 from crater.settings import Settings
 from matter.errors import InputError
 from matter.files import archive, snapshot
-from matter.solids.shape import Shape
+from matter.solids.body_shape import Shape
 
 
 def shape_of(settings: Settings) -> Shape:

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from crater.bodies import findings as bodies
+from crater.bodies import body_findings as bodies
 from crater.ejecta import catalogue, size_classes
 from crater.ground import radial_profile
 from crater.measures.measure import Measures, Quantity
@@ -19,7 +19,7 @@ from matter.wording.crater_measures import MOMENTS
 CATALOGUE = "ejecta.h5"
 """The ejecta, one row a particle (``crater.ejecta.catalogue``)."""
 BODY_MAP = "height_map.vtkhdf"
-"""How the surface of an ellipsoid or mesh changed (``crater.bodies.findings.write_map``)."""
+"""How the surface of an ellipsoid or mesh changed (``crater.bodies.body_findings.write_map``)."""
 PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth.csv"}
 """Files that hold the profile of the transient crater, by the maximum at which it is taken."""
 

@@ -20,7 +20,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from crater.scaling.laws import ImpactEvent
+from crater.scaling.crater_size import ImpactEvent
 from matter.case import material
 
 SOURCES = ("Abramov2012", "Pierazzo1997", "Collins2005")

@@ -1,7 +1,7 @@
 """What melts and boils once the shock has passed, by the entropy that it left and by the temperature at the end.
 
 By entropy: matter keeps its entropy as it comes down to 1 bar, so that what lies above a critical entropy there melts
-or boils (``sph.shock_states.release``, from the table of the run's own equation of state):
+or boils (``sph.shock_states.isentropic_release``, from the table of the run's own equation of state):
 
     melting_begins   mass with s > s(T_m, 1 bar), T_m the material's melting temperature (of a table without a melting
                      curve: as hot as its melting point, not the heat to melt)

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
 from dem.contact import contact, walls
 from dem.contact.columns import RADIUS, RATIO, ROLL, SLIP, STIFFNESS, TOUCHING

@@ -12,7 +12,7 @@ from dem.beds import flat_bed, flat_settling, grading, patch
 from dem.beds.container import Container
 from dem.beds.extent import depth
 from dem.beds.grading import Grading
-from dem.beds.packing import FRACTION, HEXAGONAL
+from dem.beds.grain_packing import FRACTION, HEXAGONAL
 from dem.beds.settings import Settings
 from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact.settings import shortest_contact_time

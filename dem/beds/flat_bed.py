@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds import bed_files, bed_measures, extent, grading, packing
+from dem.beds import bed_files, bed_measures, extent, grading, grain_packing
 from dem.beds.container import Container
 from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
@@ -82,18 +82,18 @@ def make(
     seed = np.random.SeedSequence(settings.seed)
     hexagonal, loose = settings.packing.startswith("hcp"), None
     if hexagonal:
-        points, equal = packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
+        points, equal = grain_packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius, sizes = np.full(len(points), equal), grading.Grading(equal, container.radius, 0.0)
     else:
         loose = Loose.of_law(ground, container, settings.contact) if settings.packing == "loose" else None
-        filled = packing.FRACTION if loose is None else loose.mean(loose.fraction)
+        filled = grain_packing.FRACTION if loose is None else loose.mean(loose.fraction)
         sizes, _ = grading.solved(
             settings.count, settings.radius_spread, filled, container, settings.impact, settings.growth
         )
-        points, radius = packing.contained(settings.count, settings.radius_spread, container, sizes, seed)
+        points, radius = grain_packing.contained(settings.count, settings.radius_spread, container, sizes, seed)
         if loose is not None:
             raised = loose.raised(loose.radii(radius))
-            points, radius = packing.contained(
+            points, radius = grain_packing.contained(
                 settings.count, settings.radius_spread, raised, sizes, seed, loose.begins_at
             )
             radius = loose.radii(radius)
@@ -181,6 +181,6 @@ def across_sizes(bed: Assembly, container: Container, sizes: grading.Grading) ->
 
 
 def _picture(bed: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
-    from dem.beds import pictures
+    from dem.beds import bed_pictures
 
-    pictures.flat_bed(bed, container, report, path)
+    bed_pictures.flat_bed(bed, container, report, path)

@@ -22,10 +22,10 @@ import numpy as np
 from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
+from dem.beds.grain_packing import FRACTION, HEXAGONAL
 from dem.beds.loose_packing import Loose
-from dem.beds.packing import FRACTION, HEXAGONAL
-from dem.beds.phases import PHASES, Phase
 from dem.beds.settling import Settling
+from dem.beds.settling_phases import PHASES, Phase
 from dem.contact.gravity import Field
 from dem.contact.rest_springs import REST_SHARE
 from dem.contact.settings import Contact

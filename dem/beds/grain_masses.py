@@ -6,8 +6,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import isotonic_regression
 
-from dem.beds import bed_measures, packing
-from dem.beds.domain import Domain
+from dem.beds import bed_measures, grain_packing
+from dem.beds.bed_domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.contact.settings import SPECIES, Contact
 from dem.grains.assembly import Assembly
@@ -31,7 +31,7 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
     volume = 4.0 / 3.0 * np.pi * grains.radius**3
     mean = float(grains.radius.mean())
     if bed is None:
-        mass = rho * volume / packing.FRACTION
+        mass = rho * volume / grain_packing.FRACTION
     else:
         top = min(domain.datum_radius + 3.0 * mean, float(np.percentile(distance, 99.0)))
         shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)

@@ -30,12 +30,12 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from dem.beds import bed_measures
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
+from dem.beds.grain_packing import FRACTION
 from dem.beds.layered_body import LayeredBody
-from dem.beds.packing import FRACTION
-from dem.beds.phases import LOOSE_PHASES, Phase
+from dem.beds.settling_phases import LOOSE_PHASES, Phase
 from dem.contact.settings import SPECIES, Contact
 from dem.trials import friction_angle
 from matter.particles import Particles

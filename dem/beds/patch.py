@@ -39,8 +39,8 @@ from matter.case.at_rest import AtRest
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.solids import attraction
+from matter.solids.body_shape import Shape
 from matter.solids.placed import PATCH, Placed
-from matter.solids.shape import Shape
 from matter.solids.solid import Solid
 from matter.wording import readable
 

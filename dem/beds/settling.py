@@ -1,4 +1,4 @@
-"""From random points to a bed at rest, in the phases of ``dem.beds.phases``, resumable at any step.
+"""From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
 Weight is switched by the place of a grain (below or above the datum). Masses are set after ``load`` and once more
 after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
@@ -15,12 +15,12 @@ from typing import Any
 import numba
 import numpy as np
 
-from dem.beds import bed_measures, grain_masses, packing
-from dem.beds.domain import Domain
+from dem.beds import bed_measures, grain_masses, grain_packing
+from dem.beds.bed_domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import Loose
-from dem.beds.phases import PHASES, Phase
 from dem.beds.relaxation import Fire
+from dem.beds.settling_phases import PHASES, Phase
 from dem.contact.columns import MASS, RADIUS, STIFFNESS, WX
 from dem.contact.settings import OCEAN, SPECIES, Contact
 from dem.contact.walls import Wall
@@ -177,7 +177,7 @@ class Settling:
             which = np.ones(len(self.bed.X), dtype=bool) if now.name == "pack" else self.deep()
             if self.loose:  # grains with friction hold without it
                 which &= self.bed.kind == SPECIES.index("ocean")
-            packing.exchange_radii(self.bed, self.domain, now.name == "pack", which)
+            grain_packing.exchange_radii(self.bed, self.domain, now.name == "pack", which)
 
     def _squared_distance(self) -> np.ndarray:
         return np.einsum("ij,ij->i", self.bed.X[:, :3], self.bed.X[:, :3])

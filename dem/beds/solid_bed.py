@@ -67,9 +67,9 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
     report = report_of(bed, work, settings, slope) | facts
 
     def picture(path: Path) -> None:
-        from dem.beds import pictures
+        from dem.beds import bed_pictures
 
-        pictures.whole_body(bed, body, slope, report, path)
+        bed_pictures.whole_body(bed, body, slope, report, path)
 
     def where() -> str:
         place = report["moved_most"]

@@ -27,9 +27,9 @@ import math
 import numpy as np
 
 from dem.beds import flat_settling, solid_masses, solid_packing
-from dem.beds.phases import Phase
 from dem.beds.relaxation import Fire
 from dem.beds.settling import LOOSE, QUIET, Settling, threads_for
+from dem.beds.settling_phases import Phase
 from dem.beds.solid_body import SolidBody
 from dem.contact.columns import MASS, RADIUS, STIFFNESS
 from dem.contact.gravity import Field

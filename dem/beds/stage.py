@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from dem import used_laws
+from dem import used_contact_laws
 from dem.beds import (
     bed_files,
     bed_measures,
@@ -26,12 +26,12 @@ from dem.beds import (
     extent,
     flat_bed,
     flat_ground,
-    packing,
+    grain_packing,
     patch,
     settling,
     solid_bed,
 )
-from dem.beds.domain import Domain
+from dem.beds.bed_domain import Domain
 from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import Loose
@@ -60,7 +60,7 @@ BODY_STEPS, BODY_GROWTH = 21_500, 0.36
 24,797 at 30,000 (Dimorphos)."""
 
 
-idle_sources = used_laws.of_bed
+idle_sources = used_contact_laws.of_bed
 
 
 def domain_of(settings: Settings, body: LayeredBody) -> Domain:
@@ -191,13 +191,13 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
 
 def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> None:
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
-    radius, loose = packing.radii(settings.count, settings.radius_spread, domain, seeds[0]), None
+    radius, loose = grain_packing.radii(settings.count, settings.radius_spread, domain, seeds[0]), None
     if settings.packing == "loose":
         loose = Loose.of_law(body, domain, settings.contact)
         radius = loose.radii(radius)
-        points = loose.points(radius, loose.raised(radius), packing.random_points, seeds[1])
+        points = loose.points(radius, loose.raised(radius), grain_packing.random_points, seeds[1])
     else:
-        points = packing.random_points(radius, domain, seeds[1])
+        points = grain_packing.random_points(radius, domain, seeds[1])
     work = settling.Settling(points, radius, body, domain, settings.contact, settings.residual_speed, loose)
     bed, facts = finish(work, out)
     domain = _damped(domain, settings, bed.mean_radius, bed_files.wave_speed(bed))
@@ -261,6 +261,6 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
 
 
 def _picture(bed: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
-    from dem.beds import pictures
+    from dem.beds import bed_pictures
 
-    pictures.bed(bed, domain, report, path)
+    bed_pictures.bed(bed, domain, report, path)

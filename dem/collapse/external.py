@@ -32,9 +32,9 @@ import numpy as np
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
-from dem.beds.whole_body import WholeBody
+from dem.beds.whole_body_bed import WholeBody
 from dem.collapse import flight
-from dem.collapse.run import COLUMNS, Collapse
+from dem.collapse.collapse_run import COLUMNS, Collapse
 from dem.contact.columns import DISSIPATED, ENERGY_GONE, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
-from dem.beds.whole_body import WholeBody, bound
+from dem.beds.whole_body_bed import WholeBody, bound
 from dem.contact.columns import RADIUS, TOUCHING
 from dem.grains.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
 

@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from matter.files import snapshot
 from matter.particles import Particles
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
-from dem.beds.whole_body import Standing, WholeBody
+from dem.beds.whole_body_bed import Standing, WholeBody
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import ACTIVE, Assembly
 from matter.files import checkpoint

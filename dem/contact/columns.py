@@ -30,7 +30,7 @@ SLIP, ROLL, TWIST, TOUCHING = 0, 3, 6, 7
 [rad]; 0 apart, else 1 + what the last step has already given to this one (``dem.contact.edge_of_contact``)."""
 HISTORY = 8
 """Columns of the history that every scheme has; the next are there by the scheme
-(``dem.contact.scheme.Scheme.history``)."""
+(``dem.contact.contact_scheme.Scheme.history``)."""
 LAID = 8
 """History with springs of changing stiffness: the normal tangent stiffness that they were last laid down for [N/m]."""
 OFFSET, USUAL = 8, 9

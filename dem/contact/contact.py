@@ -131,8 +131,8 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
     """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the
     ``Springs`` before it.
 
-    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.scheme.Scheme``: which
-    laws. With ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
+    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.contact_scheme.Scheme``:
+    which laws. With ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, lean = meeting
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
@@ -278,7 +278,7 @@ def at_rest(overlap, radii, stiffness, rows, scheme):
     """Contacts at rest: k_n (the tangent stiffness) [N/m] and normal force, cohesion included [N], each (c,).
 
     ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the
-    table of pairs, ``scheme`` a ``dem.contact.scheme.Scheme``.
+    table of pairs, ``scheme`` a ``dem.contact.contact_scheme.Scheme``.
     """
     k, push = np.empty(len(overlap)), np.empty(len(overlap))
     table = rows.reshape((1, len(overlap), PAIR_COLUMNS))

@@ -22,10 +22,10 @@ from dem.contact.columns import (
     SHAPE,
     TWISTING,
 )
+from dem.contact.contact_scheme import Scheme
 from dem.contact.grain_law import OCEAN, SPECIES, GrainLaw
 from dem.contact.grain_solid import elastic
 from dem.contact.gravity import Field as Gravity
-from dem.contact.scheme import Scheme
 from dem.laws import dispatch
 from dem.laws.dispatch import FAMILIES, between, smaller
 from matter.case import material

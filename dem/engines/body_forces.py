@@ -6,8 +6,8 @@ import math
 
 import numpy as np
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Scene
 

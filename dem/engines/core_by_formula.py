@@ -15,7 +15,7 @@ import numpy as np
 
 from dem.contact.settings import SPECIES
 from dem.contact.walls import Wall
-from dem.engines.classes import law_of
+from dem.engines.grain_classes import law_of
 from dem.engines.scene import Scene
 from dem.laws import normal_hooke
 from matter.files import archive

@@ -26,7 +26,7 @@ import numpy as np
 
 from dem.contact.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall
 from dem.engines import body_forces
-from dem.engines.classes import PairNumbers
+from dem.engines.grain_classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
 from matter.errors import InputError
 

@@ -28,7 +28,7 @@ import numpy as np
 
 from dem.contact.walls import PLANE, SPHERE_OUTSIDE, Wall
 from dem.engines import body_forces, core_by_formula, wall_meshes
-from dem.engines.classes import PairNumbers
+from dem.engines.grain_classes import PairNumbers
 from dem.engines.scene import DATA, Plan, Scene, write_deck
 
 SOURCES = ("Kloss2012",)

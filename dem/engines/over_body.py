@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.beds.domain import Domain
+from dem.beds.bed_domain import Domain
 from dem.contact.gravity import Field
 
 BOX_LIMIT = 5.0

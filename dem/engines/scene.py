@@ -8,12 +8,12 @@ from pathlib import Path
 
 import numpy as np
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
 from dem.contact.walls import Wall
-from dem.engines.classes import Classes
+from dem.engines.grain_classes import Classes
 from matter.files import archive
 from matter.formats import lammps_data
 from matter.particles import Particles

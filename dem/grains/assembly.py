@@ -26,10 +26,10 @@ from dem.contact.columns import (
     TOUCHING,
     WX,
 )
+from dem.contact.contact_scheme import Boundaries, Grains, Listed, Outside, Spill, Step
 from dem.contact.gravity import Field
-from dem.contact.scheme import Boundaries, Grains, Listed, Outside, Spill, Step
 from dem.contact.settings import Contact, shortest_contact_time
-from dem.grains import contact_tables, departures, forces, held_pull, integrator
+from dem.grains import contact_tables, departures, forces, grain_integrator, held_pull
 from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, GrainList, check
 from dem.grains.self_gravity import SelfGravity
 from matter.errors import InputError, UnphysicalState
@@ -93,7 +93,7 @@ class Assembly(GrainList):
         self.pull_of_all, self.pull_held = (np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED)
         self.pull_state = np.zeros(held_pull.STATE)
         self.pull_interval = self.self_gravity.time_between(grains.mass, grains.radius) if self.self_gravity else 0.0
-        self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), integrator.kick_loop(self.scheme)
+        self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), grain_integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
         self.wall_tables = contact.wall_table(walls_, self.pair_table)
         self._tables(grains, len(walls_))
@@ -158,7 +158,7 @@ class Assembly(GrainList):
         n, c = len(self.X), self.threads
         self._spill = np.zeros((c, n if c > 1 else 1, 6))
         self._pair_report = np.zeros((c, forces.REPORT))
-        self._kick_report = np.zeros((c, integrator.REPORT))
+        self._kick_report = np.zeros((c, grain_integrator.REPORT))
         self._last = np.zeros(c, dtype=np.int64)
 
     def renew(self) -> None:
@@ -209,7 +209,7 @@ class Assembly(GrainList):
         )
 
     def _drift(self, c: int) -> float:
-        return integrator.drift(
+        return grain_integrator.drift(
             self._moving_chunks[c], self._grains(), self.reference, float(self.dt), self._kick_report[c]
         )
 
@@ -245,28 +245,29 @@ class Assembly(GrainList):
                 kept[1][:, :, :TOUCHING],
             )
         pair, single = self._pair_report, self._kick_report
-        self.elastic = float(pair[:, forces.ELASTIC].sum() + single[:, integrator.WALL_ELASTIC].sum())
+        self.elastic = float(pair[:, forces.ELASTIC].sum() + single[:, grain_integrator.WALL_ELASTIC].sum())
         self.contacts = int(pair[:, forces.CONTACTS].sum())
         self.over_warn = int(pair[:, forces.OVER_WARN].sum())
         self.worst = float(pair[:, forces.OVERLAP].max())
-        self.speed = math.sqrt(float(single[:, integrator.SPEED].max()))
+        self.speed = math.sqrt(float(single[:, grain_integrator.SPEED].max()))
         self.report[DISSIPATED] += pair[:, forces.DISSIPATED].sum()
         self.report[EXCESS] += pair[:, forces.EXCESS].sum()
-        self.report[DRAGGED] += single[:, integrator.DRAG].sum()
-        self.report[AT_WALLS] += single[:, integrator.WALL_DISSIPATED].sum()
-        given = single[:, integrator.IMPULSE : integrator.WALL_OVERLAP].sum(axis=0)
+        self.report[DRAGGED] += single[:, grain_integrator.DRAG].sum()
+        self.report[AT_WALLS] += single[:, grain_integrator.WALL_DISSIPATED].sum()
+        given = single[:, grain_integrator.IMPULSE : grain_integrator.WALL_OVERLAP].sum(axis=0)
         self.report[IMPULSE] += given[:WX]
         self.report[ANGULAR_IMPULSE] += given[WX:]
-        single[:, : integrator.WALL_OVERLAP] = 0.0
+        single[:, : grain_integrator.WALL_OVERLAP] = 0.0
         if bad >= 0:
             raise UnphysicalState(f"grain {self.identity[bad]} is not finite: {self.where(bad)}")
         if self.worst > self.overlap_limit:
             self._refuse_overlap()
-        if single[:, integrator.WALL_OVERLAP].max() > self.overlap_limit:
-            c = int(np.argmax(single[:, integrator.WALL_OVERLAP]))
-            i = int(single[c, integrator.WALL_GRAIN])
+        if single[:, grain_integrator.WALL_OVERLAP].max() > self.overlap_limit:
+            c = int(np.argmax(single[:, grain_integrator.WALL_OVERLAP]))
+            i = int(single[c, grain_integrator.WALL_GRAIN])
             raise UnphysicalState(
-                f"grain {self.identity[i]} overlaps a wall by {single[c, integrator.WALL_OVERLAP]:.3f} of its radius "
+                f"grain {self.identity[i]} overlaps a wall by "
+                f"{single[c, grain_integrator.WALL_OVERLAP]:.3f} of its radius "
                 f"(limit {self.overlap_limit:g}): {self.where(i)}. The springs are too soft for this load or speed"
             )
 

@@ -44,8 +44,8 @@ from dem.contact.columns import (
     WZ,
 )  # fmt: skip
 from dem.contact.contact import Bodies, Springs, contact, reader, released
+from dem.contact.contact_scheme import Chunk, Grains, Listed, Scheme, Step
 from dem.contact.meeting import Ball, meeting_of_grains
-from dem.contact.scheme import Chunk, Grains, Listed, Scheme, Step
 from matter.compilation.gather import (
     LANES,
     WIDE,
@@ -169,10 +169,10 @@ def pair_loop(scheme: Scheme) -> Any:
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
         In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``,
-        ``Step`` of ``dem.contact.scheme``. Out: ``F`` of the chunk's own rows, set here; contributions to grains at
-        and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must be zero; histories and ``known``;
-        ``report`` (REPORT,). Returns the highest grain index that was written, so that only that part of the spill
-        need be added.
+        ``Step`` of ``dem.contact.contact_scheme``. Out: ``F`` of the chunk's own rows, set here; contributions to
+        grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must be zero; histories and
+        ``known``; ``report`` (REPORT,). Returns the highest grain index that was written, so that only that part of
+        the spill need be added.
         """
         chunk, grains, listed, step = Chunk(*chunk), Grains(*grains), Listed(*listed), Step(*step)
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end

@@ -12,8 +12,8 @@ import numpy as np
 
 from dem.contact import walls
 from dem.contact.columns import MASS, OFFSET, RADIUS, STIFFNESS, TOUCHING, WX
+from dem.contact.contact_scheme import Chunk, Scheme
 from dem.contact.gravity import Field
-from dem.contact.scheme import Chunk, Scheme
 from dem.grains import contact_tables, pair_list, size_levels
 from dem.grains.self_gravity import SelfGravity
 from matter.compilation import gather

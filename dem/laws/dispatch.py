@@ -1,8 +1,8 @@
 """Which law each part of a contact follows: every law of this folder behind one call, chosen by ``kind``.
 
-In a loop that is compiled for a ``dem.contact.scheme.Scheme`` the choice is a constant and costs nothing. ``bodies``
-is a ``dem.contact.Bodies``: stiffness k_n [N/m], reduced mass [kg], R [m], and the two radii [m]. The ``row`` holds
-the numbers of a pair of species (``between``); what each family's file brings is in CONTRIBUTING.md.
+In a loop that is compiled for a ``dem.contact.contact_scheme.Scheme`` the choice is a constant and costs nothing.
+``bodies`` is a ``dem.contact.Bodies``: stiffness k_n [N/m], reduced mass [kg], R [m], and the two radii [m]. The
+``row`` holds the numbers of a pair of species (``between``); what each family's file brings is in CONTRIBUTING.md.
 """
 
 from __future__ import annotations

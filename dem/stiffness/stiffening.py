@@ -26,9 +26,9 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
-from dem.beds.whole_body import WholeBody
+from dem.beds.whole_body_bed import WholeBody
 from dem.contact.grain_solid import elastic
 from dem.contact.settings import Contact
 from dem.grains.assembly import Assembly

@@ -12,8 +12,8 @@ import numpy as np
 
 from dem.contact.columns import HISTORY, MASS, RADIUS, ROLL, SLIP, STIFFNESS, TOUCHING, TWIST, TX, TY, TZ, WX, WY, WZ
 from dem.contact.contact import Bodies, Springs, contact, numbers_of
+from dem.contact.contact_scheme import Scheme
 from dem.contact.meeting import Ball, meeting_of_grains
-from dem.contact.scheme import Scheme
 from matter.compilation.jit import kernel
 
 SOURCES = ("Christoffersen1981",)

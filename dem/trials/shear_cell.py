@@ -11,7 +11,7 @@ grains carry in their motion about the flow, m v_a v_b / V, which counts in fast
 
 Tilted, z is bounded below by grains that are held (a rough base) and open above, and gravity turns from -z towards +x.
 Contacts are ``dem.contact``, the laws of the stage with Hooke's springs and without cohesion; time steps are those of
-``dem.grains.integrator``.
+``dem.grains.grain_integrator``.
 
 Units inside: mean diameter d = 1, density of a grain rho = 1, and P = 1 (sheared) or g = 1 (tilted). Forces and
 the stress of the contacts: ``dem.trials.cell_forces``.

@@ -1,10 +1,10 @@
 """The domain of grains that are a whole body of any shape: no floor, no sides, all matter of the source belongs to it.
 
-The datum is the surface of the undisturbed body (``matter.solids.datum``), heights are distances from it along its
-own normal. The body turns: its bed lies as it was at the moment of the impact, and a snapshot of the time t is turned
-back by omega t (``handoff.domains.turning``) before it is handed over. In these axes, which do not turn themselves,
-velocities are still those of the inertial frame; the ground moves with omega x x, and ``flow`` is the motion against
-it.
+The datum is the surface of the undisturbed body (``matter.solids.body_datum``), heights are distances from it along
+its own normal. The body turns: its bed lies as it was at the moment of the impact, and a snapshot of the time t is
+turned back by omega t (``handoff.domains.turning``) before it is handed over. In these axes, which do not turn
+themselves, velocities are still those of the inertial frame; the ground moves with omega x x, and ``flow`` is the
+motion against it.
 
 The bed's attribute ``domain`` holds ``shape = "whole"``, ``radius_m`` (ball of the body's volume) and
 ``angular_velocity_1_s``; the surface itself comes from ``[target]``, or from the file that the handoff leaves
@@ -26,7 +26,7 @@ from scipy.stats import qmc
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.solids import solid as solids
-from matter.solids.datum import Datum
+from matter.solids.body_datum import Datum
 from matter.solids.solid import Solid
 
 HEADROOM = 2.0

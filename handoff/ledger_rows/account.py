@@ -9,10 +9,10 @@ from scipy.spatial import cKDTree
 
 from handoff.domains.whole_body import WholeBody
 from handoff.ledger import Ledger
-from handoff.ledger_rows import cavity, fields, shock
-from handoff.source import surface
+from handoff.ledger_rows import cavity_rows, field_rows, shock_rows
+from handoff.source import cloud_surface
 from handoff.source.hydrostatic import Column
-from handoff.transfer import force_network, provenance
+from handoff.transfer import force_network, grain_provenance
 from handoff.transfer.direct import Direct, enter
 from handoff.transfer.handed import Handoff
 from matter.particles import Particles
@@ -24,14 +24,14 @@ def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Colum
     ledger = Ledger(waive)
     region = handoff.region
     _sums(ledger, handoff)
-    fields.enter(ledger, handoff, source, bed, region, column)
+    field_rows.enter(ledger, handoff, source, bed, region, column)
     _overlaps(ledger, handoff)
-    cavity.enter(ledger, handoff, bed, region)
-    shock.enter(ledger, handoff, source, region, column)
+    cavity_rows.enter(ledger, handoff, bed, region)
+    shock_rows.enter(ledger, handoff, source, region, column)
     if "residual_speed_over_sqrt_g_r" in bed.attributes:
         ledger.measure("bed_residual_speed_over_sqrt_g_r", bed.attributes["residual_speed_over_sqrt_g_r"])
     _layers(ledger, handoff, source)
-    provenance.enter(ledger, handoff, source, region)
+    grain_provenance.enter(ledger, handoff, source, region)
     if "stiffness" in handoff.start:
         net = force_network.measure(handoff.start)
         ledger.state(
@@ -60,7 +60,7 @@ def ledger_of_direct(
         )
     else:
         ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
-    shock.enter(ledger, handoff, source, handoff.region, column)
+    shock_rows.enter(ledger, handoff, source, handoff.region, column)
     ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
     outside = handoff.sums.outside
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
@@ -202,7 +202,7 @@ def _shrunk(ledger: Ledger, handoff: Handoff, bed: Particles) -> None:
 def _layers(ledger: Ledger, handoff: Handoff, source: Particles) -> None:
     """Volume of each material inside the domain, before and after (material of a grain: the nearest compact
     particle's)."""
-    volume = (source.mass / surface.counted_density(source))[handoff.compact.places] * handoff.compact.share
+    volume = (source.mass / cloud_surface.counted_density(source))[handoff.compact.places] * handoff.compact.share
     named = source.attributes.get("materials", [])
     after = np.bincount(
         handoff.start.material[: int(handoff.carving.stays.sum())],

@@ -30,7 +30,7 @@ from pathlib import Path
 import numpy as np
 
 from handoff.domains.domain import Domain
-from handoff.source import cavity, shock, surface
+from handoff.source import cavity, cloud_surface, shock
 from handoff.source.hydrostatic import Column
 from matter.errors import InputError
 from matter.files import snapshot
@@ -101,10 +101,10 @@ class Choice:
 
 
 def diagnose(
-    source: Particles, earlier: Particles | None, file: str, domain: Domain, column: Column, rules: surface.Rules
+    source: Particles, earlier: Particles | None, file: str, domain: Domain, column: Column, rules: cloud_surface.Rules
 ) -> Diagnosis:
     """Measure one snapshot; ``earlier`` is the snapshot before it."""
-    split = surface.by_motion(source, domain, column, rules)
+    split = cloud_surface.by_motion(source, domain, column, rules)
     compact = np.flatnonzero(split.compact)
     here = compact[domain.depth_inside(source.position[compact]) > 0.0]
     time = float(source.attributes.get("time", 0.0))

@@ -19,8 +19,8 @@ from matter.case.body import Target
 from matter.errors import InputError
 from matter.files import snapshot
 from matter.particles import Particles
+from matter.solids.body_shape import Shape
 from matter.solids.placed import PATCH
-from matter.solids.shape import Shape
 from matter.solids.standing import Standing
 from matter.solids.unrolled import Unrolled
 

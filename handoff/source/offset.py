@@ -23,7 +23,7 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 from handoff.domains.domain import Domain
-from handoff.source.surface import Rules
+from handoff.source.cloud_surface import Rules
 from matter.geometry.alpha_shape import AlphaShape, OffsetShape
 
 _RANGE = (0.0, 0.75)

@@ -29,7 +29,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from handoff.domains.domain import Domain
-from handoff.source.surface import SPARSEST
+from handoff.source.cloud_surface import SPARSEST
 from handoff.transfer.force_network import OFFSET
 from handoff.transfer.mapping import Overlap
 from matter.errors import InputError

@@ -22,9 +22,9 @@ import numpy as np
 from handoff.domains import domain
 from handoff.ledger import Ledger
 from handoff.source import free_flight
+from handoff.source.cloud_surface import counted_density
 from handoff.source.hydrostatic import Column
-from handoff.source.surface import counted_density
-from handoff.transfer import correction, overlaps, provenance
+from handoff.transfer import correction, grain_provenance, overlaps
 from handoff.transfer.ejecta import BOOKED, IN_CONTACT, past_edge
 from handoff.transfer.handed import Handoff
 from handoff.transfer.species import material_numbers, species_by_material
@@ -69,7 +69,7 @@ def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Colum
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
     taken = np.concatenate([inside, np.flatnonzero(~handoff.split.compact)])
     start = _start(source, taken, len(inside), bed, region, column, packing)
-    provenance.give(start, source, region, provenance.one_to_one(source, taken))
+    grain_provenance.give(start, source, region, grain_provenance.one_to_one(source, taken))
     before = correction.sums(source.mass[taken], source.position[taken], source.velocity[taken])
     after = correction.sums(start.mass, start.position, start.velocity, start.radius, start.angular_velocity)
     bare = overlaps.measure(start.select(start.state == IN_CONTACT), region)

@@ -25,8 +25,8 @@ from scipy.spatial import cKDTree
 from handoff.domains.domain import Domain
 from handoff.domains.whole_body import WholeBody
 from handoff.source import free_flight, two_body
+from handoff.source.cloud_surface import SPARSEST, Rules, reference_density
 from handoff.source.hydrostatic import Column
-from handoff.source.surface import SPARSEST, Rules, reference_density
 from matter.particles import Particles
 
 _LIGHT = 0.1

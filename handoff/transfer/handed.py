@@ -8,9 +8,9 @@ import numpy as np
 
 from handoff.domains.domain import Domain
 from handoff.source.cavity import Cavity
-from handoff.source.surface import Split
+from handoff.source.cloud_surface import Split
 from handoff.transfer.carve import Samples
-from handoff.transfer.compare import Fields
+from handoff.transfer.compare_clouds import Fields
 from handoff.transfer.correction import Sums
 from handoff.transfer.ejecta import Ejecta
 from matter.geometry.alpha_shape import OffsetShape

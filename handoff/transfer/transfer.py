@@ -21,8 +21,8 @@ from scipy.spatial import cKDTree
 
 from handoff.domains import domain
 from handoff.domains.whole_body import WholeBody
-from handoff.source import cavity, grain_size, heights, hydrostatic, offset, surface
-from handoff.transfer import bulking, carve, compare, interpolation, mapping, provenance
+from handoff.source import cavity, cloud_surface, grain_size, heights, hydrostatic, offset
+from handoff.transfer import bulking, carve, compare_clouds, grain_provenance, interpolation, mapping
 from handoff.transfer import correction as closing
 from handoff.transfer import ejecta as ejected
 from handoff.transfer.handed import Balance, Carving, Compact, Handoff, Mapped
@@ -42,7 +42,7 @@ _RESTING, _STANDING = 0.2, 2e-3
 def hand_over(
     source: Particles,
     bed: Particles,
-    rules: surface.Rules,
+    rules: cloud_surface.Rules,
     column: hydrostatic.Column,
     region: domain.Domain | None = None,
     until: float = math.inf,
@@ -55,11 +55,11 @@ def hand_over(
     """
     region = region or domain.read(bed.attributes)
     carve.check(bed, region)
-    split, shape, corners = surface.classify(source, region, column, rules)
+    split, shape, corners = cloud_surface.classify(source, region, column, rules)
     inner, beyond, tree = _compact(source, split, region)
     carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
     compact, stays, volume = inner.places, carving.stays, carving.volume
-    density = surface.counted_density(source)
+    density = cloud_surface.counted_density(source)
     held, volume_of = source.mass[compact] * inner.share, source.mass[compact] / density[compact]
     motion = region.flow(source.position[compact], source.velocity[compact])
 
@@ -93,7 +93,7 @@ def hand_over(
             tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near])
         )
     moving = held, motion, taken.own_gradient
-    fields = compare.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
+    fields = compare_clouds.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
     velocity, spin = region.inertial(place, velocity, taken.spin)
     raw = _of(region, raw_mass, place, velocity, radius, spin) + airborne
     mass = raw_mass * scale
@@ -107,7 +107,9 @@ def hand_over(
         moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
     after = _of(region, mass, place, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region)
-    provenance.give(start, source, region, provenance.taken(source, compact, held, grid, near, flying.source))
+    grain_provenance.give(
+        start, source, region, grain_provenance.taken(source, compact, held, grid, near, flying.source)
+    )
     change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
     mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
     sums = Balance(before, outside, raw, after)
@@ -120,7 +122,9 @@ def _of(region: domain.Domain, mass, place, velocity, radius=None, spin=None) ->
     return closing.sums(mass, place, velocity, radius, spin, region.pace(place, velocity))
 
 
-def _compact(source: Particles, split: surface.Split, region: domain.Domain) -> tuple[Compact, np.ndarray, cKDTree]:
+def _compact(
+    source: Particles, split: cloud_surface.Split, region: domain.Domain
+) -> tuple[Compact, np.ndarray, cKDTree]:
     """The compact matter of the source between the floor and the top of the domain, the places in the source of that
     beyond them, and a tree of the former."""
     everything = np.flatnonzero(split.compact)
@@ -130,19 +134,25 @@ def _compact(source: Particles, split: surface.Split, region: domain.Domain) -> 
     if len(compact) < mapping.LEAST_NEIGHBOURS:
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     tree, numbers = cKDTree(source.position[compact]), np.arange(len(compact))
-    share, centre = surface.share_inside(source.position[compact], split.spacing[compact], region, tree, numbers)
+    share, centre = cloud_surface.share_inside(source.position[compact], split.spacing[compact], region, tree, numbers)
     if not np.any(share > 0.0):
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     return Compact(compact, share, centre), beyond, tree
 
 
 def _carving(
-    source: Particles, bed: Particles, region: domain.Domain, rules: surface.Rules, classified, inner: Compact, tree
+    source: Particles,
+    bed: Particles,
+    region: domain.Domain,
+    rules: cloud_surface.Rules,
+    classified,
+    inner: Compact,
+    tree,
 ) -> Carving:
     """The solid below the surface and what it leaves of the bed; ``classified`` as from ``surface.classify``, ``tree``
     of the places ``inner``."""
     split, shape, corners = classified
-    volume_of = source.mass[inner.places] / surface.counted_density(source)[inner.places]
+    volume_of = source.mass[inner.places] / cloud_surface.counted_density(source)[inner.places]
     part = float(np.sum(inner.share * volume_of)) / region.volume
     coarse, grains = 2.0 * grain_size.at_impact(bed), cKDTree(bed.position)
     solid, factor = offset.by_one_factor(
@@ -175,7 +185,7 @@ def _sums(
     )
 
 
-def _regional(fields: compare.Fields, scale: float, centres: np.ndarray, size: float) -> np.ndarray:
+def _regional(fields: compare_clouds.Fields, scale: float, centres: np.ndarray, size: float) -> np.ndarray:
     """The regional part of the correction at the ``centres`` (k, 3) of the kept grains' cells."""
     held = fields.mass_after * scale
     some = (held > 0.0) | (fields.mass_before > 0.0)
@@ -203,9 +213,9 @@ def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: doma
 def _refuse_misfit(
     size: cavity.Cavity,
     source: Particles,
-    split: surface.Split,
+    split: cloud_surface.Split,
     region: domain.Domain,
-    rules: surface.Rules,
+    rules: cloud_surface.Rules,
     bed: Particles,
 ) -> None:
     radius = grain_size.at_impact(bed)
@@ -226,7 +236,7 @@ def _refuse_misfit(
     height = frame.height(source.position)
     over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
-    standing = (height > headroom) & over & resting & (split.reason != surface.SPARSE)
+    standing = (height > headroom) & over & resting & (split.reason != cloud_surface.SPARSE)
     if source.mass[standing].sum() > _STANDING * source.mass[split.compact & over].sum():
         raise InputError(
             f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom "
@@ -248,8 +258,8 @@ def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.nd
 def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near, bed: Particles, kept) -> np.ndarray:
     """Radius over that in the bed (k,) of the ``kept`` grains, by how loose the matter is that each stands for."""
     undisturbed = bed.density[kept] if "density" in bed else None
-    reference = surface.reference_density(source)[compact]
-    share = bulking.packed_share(surface.counted_density(source)[compact], reference, grid, near, undisturbed)
+    reference = cloud_surface.reference_density(source)[compact]
+    share = bulking.packed_share(cloud_surface.counted_density(source)[compact], reference, grid, near, undisturbed)
     return bulking.radius_factor(share)
 
 

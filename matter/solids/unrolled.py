@@ -23,7 +23,7 @@ import numpy as np
 
 from matter.errors import InputError
 from matter.particles import Particles
-from matter.solids.shape import Shape
+from matter.solids.body_shape import Shape
 from matter.solids.standing import Standing
 
 REACH = 1.3

@@ -16,7 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.compilation.jit import law
-from nbody.masses.gravity import newton
+from nbody.masses.newtonian import newton
 
 SOURCES = ("CashKarp1990", "Winter2017")
 

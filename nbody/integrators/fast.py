@@ -19,8 +19,8 @@ from nbody.integrators.launched import about
 from nbody.integrators.moon_events import Moons, Step, Work, first_entry, locate, record, relative, within
 from nbody.masses import ephemeris
 from nbody.masses.dop853 import STAGES
-from nbody.masses.flight import field, step, swing
 from nbody.masses.system import System
+from nbody.masses.test_particle import field, step, swing
 from nbody.population import encounters
 from nbody.population.conditions import Lot
 from nbody.population.encounters import ENTRY, FLYING, HIT_PLANET, LEFT, TIMED_OUT

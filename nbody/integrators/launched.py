@@ -1,9 +1,9 @@
 """Particles thrown from the surface of a body, through the shared ephemeris until they hit something, leave, or time
 is up.
 
-The field is that of ``nbody.masses.flight`` with the moons one by one, the steps are DOP853's. A step is cut so that
-no body is jumped over: towards each, at the distance d from its centre with its radius R, pull g = GM / d^2, relative
-speed w and its radial part w_r, it is at most
+The field is that of ``nbody.masses.test_particle`` with the moons one by one, the steps are DOP853's. A step is cut so
+that no body is jumped over: towards each, at the distance d from its centre with its radius R, pull g = GM / d^2,
+relative speed w and its radial part w_r, it is at most
 
     max( 0.3 (d - R) / w,  min( 0.05 R / w,  0.3 (|w_r| + sqrt(2 g (d - R))) / g ) ),
 
@@ -20,7 +20,7 @@ import numpy as np
 from matter.compilation.jit import kernel, law
 from nbody.masses.dop853 import STAGES
 from nbody.masses.ephemeris import motion, place
-from nbody.masses.flight import field, step
+from nbody.masses.test_particle import field, step
 
 HIT, LEFT, TIMED_OUT, STUCK = 1, 2, 3, 4
 """How a flight ended: on a body, beyond ``Bounds.outer``, flying, or with a step that became too small."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from matter.compilation.jit import law
 from nbody.masses.ephemeris import motion, place
-from nbody.masses.flight import step
+from nbody.masses.test_particle import step
 from nbody.population.encounters import (
     APPROACH,
     COLLISION,

@@ -14,7 +14,7 @@ import numpy as np
 from matter.compilation.jit import kernel
 from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
 from nbody.masses import bplane
-from nbody.masses.gravity import newton
+from nbody.masses.newtonian import newton
 from nbody.masses.system import System
 from nbody.population import encounters
 from nbody.population.encounters import COLLISION, ENTRY

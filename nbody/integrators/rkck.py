@@ -16,7 +16,7 @@ from matter.compilation.jit import kernel, law
 from matter.errors import UnphysicalState
 from nbody.integrators import fast, moon_mode
 from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
-from nbody.masses.gravity import newton
+from nbody.masses.newtonian import newton
 from nbody.masses.system import System
 from nbody.population import encounters
 from nbody.population.conditions import Lot

@@ -29,8 +29,8 @@ from nbody.integrators.arc import Arc, curve, struck
 from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, Limits, fate, misses
 from nbody.masses import bplane, ephemeris
 from nbody.masses.dop853 import STAGES
-from nbody.masses.flight import field, step
 from nbody.masses.system import Body, System, hill_radius
+from nbody.masses.test_particle import field, step
 from nbody.population import encounters
 from nbody.population.conditions import Lot
 from nbody.population.encounters import APPROACH, ENTRY, EXIT, HIT_PLANET

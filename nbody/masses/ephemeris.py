@@ -15,7 +15,7 @@ import numpy as np
 
 from matter.compilation.jit import kernel, law
 from nbody.masses.dop853 import COLUMNS, COUNT, STAGES, A, B
-from nbody.masses.gravity import newton
+from nbody.masses.newtonian import newton
 from nbody.masses.system import Start, System
 
 NODES_PER_REVOLUTION = 48

@@ -12,8 +12,8 @@ import numpy as np
 from matter.files import archive
 from nbody.masses.system import Body
 from nbody.population import encounters
-from nbody.results import tables
-from nbody.results.tables import Table
+from nbody.results import census_tables
+from nbody.results.census_tables import Table
 
 BIN = 100.0  # m/s: the width that reproduces the heights printed in Winter 2017, section 2.3.2
 ANGLE_BIN = 5.0  # deg
@@ -45,7 +45,7 @@ def _steps(axis, edges: np.ndarray, counts: np.ndarray, errors: np.ndarray, labe
 
 def _save(out: Path, name: str, figure, header: Sequence[str], rows) -> None:
     figure.savefig(out / f"{name}.png", dpi=130)
-    archive.write_text(out / f"{name}.csv", tables.rows_as_csv(header, rows))
+    archive.write_text(out / f"{name}.csv", census_tables.rows_as_csv(header, rows))
 
 
 def speed_edges(table: Table) -> np.ndarray:
@@ -81,8 +81,8 @@ def impacts_over_speed(table: Table, moons: Sequence[Body], out: Path) -> None:
     edges, rows = speed_edges(table), []
     figure, axes = _axes(len(moons), 2, width=11.0)
     for index, moon in enumerate(moons):
-        hit = tables.hits(table, index)
-        for number, (name, mask) in enumerate(tables.subsets(hit).items()):
+        hit = census_tables.hits(table, index)
+        for number, (name, mask) in enumerate(census_tables.subsets(hit).items()):
             counts, errors = histogram(hit["speed"][mask], hit["weight"][mask], edges)
             axis = axes[index, number // 2]
             _steps(axis, edges / 1e3, counts, errors, name, ("tab:blue", "tab:red")[number % 2])
@@ -96,7 +96,7 @@ def impacts_over_speed(table: Table, moons: Sequence[Body], out: Path) -> None:
 
 def approach_ratio(table: Table, moons: Sequence[Body], target: int, out: Path) -> None:
     """Figure 16: speed at impact over speed at the closest approach, against the distance of the latter."""
-    distance, value, weight = tables.pairs(table, target)
+    distance, value, weight = census_tables.pairs(table, target)
     figure, axes = _axes(1, 1, width=7.0, height=4.0)
     axes[0, 0].plot(distance / 1e6, value, ".", markersize=2, alpha=0.5)
     edges = np.linspace(0.0, max(distance.max(initial=1.0), 1.0), 11)
@@ -104,7 +104,7 @@ def approach_ratio(table: Table, moons: Sequence[Body], target: int, out: Path) 
     for low, high in itertools.pairwise(edges):
         inside = (distance >= low) & (distance < high)
         if inside.sum() > 1:
-            mean = tables.weighted_mean(value[inside], weight[inside])
+            mean = census_tables.weighted_mean(value[inside], weight[inside])
             rows.append(
                 [
                     float(low / 1e6),
@@ -127,7 +127,7 @@ def approach_ratio(table: Table, moons: Sequence[Body], target: int, out: Path) 
 def _angles(axis, hit: Table, mask: np.ndarray, label: str, colour: str) -> list:
     edges = np.arange(0.0, 90.0 + ANGLE_BIN, ANGLE_BIN)
     counts, errors = histogram(np.degrees(hit["angle"][mask]), hit["weight"][mask], edges)
-    mean = tables.mean_angle(hit, mask)
+    mean = census_tables.mean_angle(hit, mask)
     text = f"{label}: mean {mean.value:.2f} +- {mean.standard_error:.2f} deg"
     _steps(axis, edges, counts, errors, text, colour)
     return [[label, float(e), float(c), float(s)] for e, c, s in zip(edges, counts, errors)]
@@ -135,7 +135,7 @@ def _angles(axis, hit: Table, mask: np.ndarray, label: str, colour: str) -> list
 
 def impact_angles(table: Table, moons: Sequence[Body], target: int, out: Path) -> None:
     """Figure 17: impact angles of all impacts with Gilbert's sin 2 gamma."""
-    hit = tables.hits(table, target)
+    hit = census_tables.hits(table, target)
     figure, axes = _axes(1, 1, width=7.0, height=4.0)
     rows = _angles(axes[0, 0], hit, np.ones(len(hit["angle"]), bool), moons[target].title, "tab:blue")
     gamma = np.linspace(0.0, 90.0, 181)
@@ -148,12 +148,12 @@ def impact_angles(table: Table, moons: Sequence[Body], target: int, out: Path) -
 
 def basin_angles(table: Table, moons: Sequence[Body], target: int, out: Path) -> None:
     """Figure 18: impact angles at the latitudes of Valhalla and Asgard."""
-    hit = tables.hits(table, target)
+    hit = census_tables.hits(table, target)
     figure, axes = _axes(1, 1, width=7.0, height=4.0)
     rows = []
-    for (name, window), colour in zip(tables.BASINS.items(), ("tab:red", "tab:blue")):
+    for (name, window), colour in zip(census_tables.BASINS.items(), ("tab:red", "tab:blue")):
         label = f"{name} ({window[0]}-{window[1]} deg)"
-        rows += _angles(axes[0, 0], hit, tables.in_band(hit, *window), label, colour)
+        rows += _angles(axes[0, 0], hit, census_tables.in_band(hit, *window), label, colour)
     axes[0, 0].set(
         title=moons[target].title, xlabel="angle from the vertical [deg]", ylabel=f"weight per {ANGLE_BIN:.0f} deg"
     )
@@ -165,15 +165,15 @@ def latitude_dependence(table: Table, moons: Sequence[Body], target: int, out: P
     """Table 7 as a picture: mean angle and impacts per area against |latitude|, with the beam model."""
     from nbody.results import analytic
 
-    hit, width = tables.hits(table, target), 7.5
+    hit, width = census_tables.hits(table, target), 7.5
     figure, axes = _axes(1, 2, width=11.0, height=4.0)
     lows = np.arange(0.0, 90.0, width)
     model, share = analytic.beam_angles(np.radians(np.stack([lows, lows + width], axis=1)))
     rows = []
     for low, angle, part in zip(lows, model, share):
-        inside = tables.in_band(hit, low, low + width)
+        inside = census_tables.in_band(hit, low, low + width)
         area = math.sin(math.radians(low + width)) - math.sin(math.radians(low))
-        mean, weight = tables.mean_angle(hit, inside), hit["weight"][inside]
+        mean, weight = census_tables.mean_angle(hit, inside), hit["weight"][inside]
         density = weight.sum() / hit["weight"].sum() / area if len(weight) else 0.0
         error = math.sqrt((weight**2).sum()) / hit["weight"].sum() / area if len(weight) else 0.0
         rows.append(

@@ -11,7 +11,7 @@ from matter.wording import drawing
 from nbody.masses.system import jovian
 from nbody.population.encounters import ENTRY
 from nbody.population.rules import Statistic
-from nbody.results import figures, tables
+from nbody.results import census_tables, figures
 
 
 def write(table: dict[str, np.ndarray], attributes: dict, out: Path) -> str:
@@ -19,19 +19,19 @@ def write(table: dict[str, np.ndarray], attributes: dict, out: Path) -> str:
     system = jovian(str(attributes["target"]))
     moons, target = system.moons, system.moon(str(attributes["target"]))
     texts = {
-        "table_04_events": tables.events(table, moons),
-        "table_05_subsets": tables.flags(table, moons),
-        "table_06_basins": tables.basins(table, target),
-        "table_07_latitudes": tables.latitudes(table, target),
-        "speeds": tables.speeds(table, moons),
-        "hemispheres": tables.hemispheres(table, moons),
+        "table_04_events": census_tables.events(table, moons),
+        "table_05_subsets": census_tables.flags(table, moons),
+        "table_06_basins": census_tables.basins(table, target),
+        "table_07_latitudes": census_tables.latitudes(table, target),
+        "speeds": census_tables.speeds(table, moons),
+        "hemispheres": census_tables.hemispheres(table, moons),
     }
     for index, moon in enumerate(moons):
         number = {"callisto": "10", "ganymede": "11"}.get(moon.name, "direct")
-        texts[f"table_{number}_{moon.name}_direct_collisions"] = tables.direct(table, index)
+        texts[f"table_{number}_{moon.name}_direct_collisions"] = census_tables.direct(table, index)
     for name, text in texts.items():
         archive.write_text(out / f"{name}.csv", text)
-    if len(tables.hits(table, target)["speed"]) and drawing.possible("the census", print):
+    if len(census_tables.hits(table, target)["speed"]) and drawing.possible("the census", print):
         figures.events_over_speed(table, moons, out)
         figures.impacts_over_speed(table, moons, out)
         figures.approach_ratio(table, moons, target, out)
@@ -49,19 +49,19 @@ def summarise(table: dict[str, np.ndarray], attributes: dict) -> dict:
     system = jovian(str(attributes["target"]))
     result: dict = {"census": attributes, "moons": {}}
     for index, moon in enumerate(system.moons):
-        hit = tables.hits(table, index)
+        hit = census_tables.hits(table, index)
         if not len(hit["speed"]):
             continue
-        masks, weight = tables.subsets(hit), hit["weight"]
-        numbers: dict[str, Statistic] = dict(tables.classes(table, index))
-        numbers["retrograde_over_prograde"] = tables.ratio(weight, masks["retrograde"], masks["prograde"])
-        numbers["periapsis_over_none"] = tables.ratio(weight, masks["periapsis"], masks["no periapsis"])
-        numbers["mean_angle_deg"] = tables.mean_angle(hit, np.ones(len(weight), bool))
-        for name, window in tables.BASINS.items():
-            numbers[f"{name}_mean_angle_deg"] = tables.mean_angle(hit, tables.in_band(hit, *window))
-        inside = masks["retrograde"] & tables.in_band(hit, *tables.BASINS["Valhalla"])
-        numbers["Valhalla_retrograde_mean_angle_deg"] = tables.mean_angle(hit, inside)
-        numbers["leading_over_trailing"] = tables.asymmetry(table, index)["all"]
+        masks, weight = census_tables.subsets(hit), hit["weight"]
+        numbers: dict[str, Statistic] = dict(census_tables.classes(table, index))
+        numbers["retrograde_over_prograde"] = census_tables.ratio(weight, masks["retrograde"], masks["prograde"])
+        numbers["periapsis_over_none"] = census_tables.ratio(weight, masks["periapsis"], masks["no periapsis"])
+        numbers["mean_angle_deg"] = census_tables.mean_angle(hit, np.ones(len(weight), bool))
+        for name, window in census_tables.BASINS.items():
+            numbers[f"{name}_mean_angle_deg"] = census_tables.mean_angle(hit, census_tables.in_band(hit, *window))
+        inside = masks["retrograde"] & census_tables.in_band(hit, *census_tables.BASINS["Valhalla"])
+        numbers["Valhalla_retrograde_mean_angle_deg"] = census_tables.mean_angle(hit, inside)
+        numbers["leading_over_trailing"] = census_tables.asymmetry(table, index)["all"]
         entries = table["weight"][(table["event"] == ENTRY) & (table["moon"] == index)]
         rate, particles = float(entries.sum()), int(attributes["particles"])
         numbers["entries_per_particle"] = Statistic(

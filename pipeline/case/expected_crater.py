@@ -1,8 +1,8 @@
 """The crater that an impact is expected to make, before anything is computed: what sizes the domain, the bed and the
 lengths of runs that a case leaves open.
 
-Diameter: geometric mean of the scaling laws of that kind of ground (``crater.scaling.laws.GROUNDS``), transient and
-apparent. They are laws of the gravity regime; strength enters as the gravity that would end the growth at the same
+Diameter: geometric mean of the scaling laws of that kind of ground (``crater.scaling.crater_size.GROUNDS``), transient
+and apparent. They are laws of the gravity regime; strength enters as the gravity that would end the growth at the same
 size, by Holsapple's interpolation between both regimes
 
     pi_V = K {pi_2 + pi_3^((2 + mu) / 2)}^(-3 mu / (2 + mu)),   pi_2 = g a / U^2,  pi_3 = Y / (rho U^2),
@@ -17,7 +17,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from crater.scaling import laws
+from crater.scaling import crater_size
 from matter.case.body import Impact, Target
 from matter.errors import InputError
 from sph.materials.rows import Materials
@@ -61,16 +61,17 @@ def of_case(
     density = float(materials.bulk_density[materials.index(ball.material)])
     for _ in range(_TURNS):
         ground = ground_strength.ground(materials, name, size, strength, damage)
-        mu, square = laws.VOLUMES[ground.kind][1], (impact.speed * math.cos(impact.angle_from_vertical)) ** 2
+        mu, square = crater_size.VOLUMES[ground.kind][1], (impact.speed * math.cos(impact.angle_from_vertical)) ** 2
         held = (ground.strength / (ground.density * square)) ** (0.5 * (2.0 + mu)) * square / ball.radius
         if gravity + held <= 0.0:
             raise InputError(
                 "neither weight nor strength ends the growth of this crater: say how wide it is expected to be"
             )
-        event = laws.ImpactEvent(
+        event = crater_size.ImpactEvent(
             ball.radius, impact.speed, impact.angle_from_vertical, gravity + held, density, ground.density
         )
         size = math.exp(
-            sum(math.log(laws.LAWS[law](event)) for law in laws.GROUNDS[ground.kind]) / len(laws.GROUNDS[ground.kind])
+            sum(math.log(crater_size.LAWS[law](event)) for law in crater_size.GROUNDS[ground.kind])
+            / len(crater_size.GROUNDS[ground.kind])
         )
     return Expected(size, gravity, ground_strength.ground(materials, name, size, strength, damage))

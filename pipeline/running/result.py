@@ -74,9 +74,9 @@ def _soundness(facts: Mapping[str, Any]) -> list[str]:
 
 
 def _of_body(facts: Mapping[str, Any]) -> list[str]:
-    from crater.bodies import report
+    from crater.bodies import body_report
 
-    return report.lines(facts)
+    return body_report.lines(facts)
 
 
 def _molten(facts: Mapping[str, Any]) -> list[str]:

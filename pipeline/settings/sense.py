@@ -217,10 +217,10 @@ def _broken(sph: Any) -> Iterator[str]:
 
 
 def _coarse(sph: Any) -> Iterator[str]:
-    from sph import prediction
+    from sph import cost_prediction
 
     target, zones = sph.target, sph.zones
-    number = prediction.per_radius(sph)
+    number = cost_prediction.per_radius(sph)
     if number < 1.0 and not sph.control:
         yield (
             f"{number:.2g} particles per projectile radius: peak pressures and the beginning of the flow are not "

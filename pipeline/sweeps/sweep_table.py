@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from crater.drawing.figure import INK, figure, grid, save
-from crater.scaling import laws
+from crater.scaling import crater_size
 from matter.case import quantity
 from matter.files import archive
 from matter.wording import drawing, page, readable
@@ -102,7 +102,7 @@ def _write_hdf5(path: Path, rows: Sequence[Row], columns: Sequence[str]) -> None
 def _meaning(column: str) -> str:
     crater, _, name = column.rpartition("/")
     if column.startswith(_LAW):
-        return f"transient apparent diameter by {laws.NAMES.get(name, name)}"
+        return f"transient apparent diameter by {crater_size.NAMES.get(name, name)}"
     words = BY_NAME[name.removesuffix(_SIGMA)].words if name.removesuffix(_SIGMA) in BY_NAME else name
     return f"{'standard error of ' if name.endswith(_SIGMA) else ''}{crater.replace('_', ' ')} {words}".strip()
 
@@ -248,7 +248,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
                     mine = [i for i in order if rows[i].get("case", "") == case]
                     axis.plot(
                         places[mine], sizes[mine], "--", marker="_", color=INK[2 + k % 4], linewidth=1.0,
-                        label=laws.NAMES.get(law.removeprefix(_LAW), law) if case == of_case[0] else None,
+                        label=crater_size.NAMES.get(law.removeprefix(_LAW), law) if case == of_case[0] else None,
                     )  # fmt: skip
         axis.set(xlabel=f"{key}{f' [{unit}]' if unit else ''}", title=f"{_meaning(name)} [{symbol}]")
         axis.title.set_fontsize(8)

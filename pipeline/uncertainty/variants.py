@@ -66,6 +66,5 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
             others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
     every += others
     return every + [
-        Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"'))
-        for kind in ("at_rest", "uncarved")
+        Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")
     ]

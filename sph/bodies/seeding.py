@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from matter import progress
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.damage import grady_kipp
 from sph.materials.rows import Materials
 

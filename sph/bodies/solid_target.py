@@ -24,7 +24,7 @@ from matter.solids.distance import Distance, measured
 from matter.solids.placed import Placed
 from matter.solids.solid import Solid
 from sph.bodies import solid_weight
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body, Zones, loaded, spacing_law
 from sph.materials.rows import Materials
 

@@ -11,7 +11,7 @@ import numpy as np
 from sph.eos import dispatch
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
-from sph.shock_states import figure, hugoniot
+from sph.shock_states import hugoniot, law_figure
 
 SPEEDS = (10, 50, 100, 200, 300, 500, 750, 1000, 1500, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 10000)
 
@@ -55,7 +55,7 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return figure.command("eos", "Hugoniot and cold curve of a material.", dispatch.FAMILY.names, draw, arguments)
+    return law_figure.command("eos", "Hugoniot and cold curve of a material.", dispatch.FAMILY.names, draw, arguments)
 
 
 if __name__ == "__main__":

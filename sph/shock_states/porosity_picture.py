@@ -12,7 +12,7 @@ import numpy as np
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.porosity import dispatch
-from sph.shock_states import compaction_wave, figure
+from sph.shock_states import compaction_wave, law_figure
 
 SPEEDS = (50, 100, 200, 300, 400, 500, 750, 1000, 1500, 2000, 3000, 5000)
 
@@ -40,7 +40,7 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return figure.command(
+    return law_figure.command(
         "porosity", "Crush curve and compaction waves of a material.", dispatch.FAMILY.names[1:], draw, arguments
     )
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
-from sph.shock_states import figure
+from sph.shock_states import law_figure
 from sph.strength import dispatch
 
 PRESSURES = (0.0, 1e6, 1e7, 3e7, 1e8, 3e8, 1e9, 3e9)
@@ -46,7 +46,7 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return figure.command("strength", "Yield surface of a material.", dispatch.FAMILY.names[1:], draw, arguments)
+    return law_figure.command("strength", "Yield surface of a material.", dispatch.FAMILY.names[1:], draw, arguments)
 
 
 if __name__ == "__main__":

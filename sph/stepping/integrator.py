@@ -13,7 +13,7 @@ from matter.errors import InputError
 from matter.files import checkpoint
 from matter.geometry import tree
 from sph.bodies import symmetry
-from sph.bodies.cloud import PARTS, Cloud, Neighbourhood, moved_further
+from sph.bodies.particle_cloud import PARTS, Cloud, Neighbourhood, moved_further
 from sph.boundary.outside import Outside
 from sph.materials.rows import Materials
 from sph.pairs import gradients, length_terms, smoothing, start_volumes

@@ -40,7 +40,7 @@ from pydantic import Field, model_validator
 from matter.case.body import Model
 from matter.case.quantity import PositiveSpeed, PositiveTime
 from matter.compilation.jit import parallel_kernel, prange
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.eos import dispatch as eos
 from sph.materials.rows import Rows
 from sph.stepping.state import holding

@@ -72,8 +72,8 @@ def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
 
 @parallel_kernel
 def open_step(dt, cloud, rates, evaluated, hold):
-    """The first half of a step, of ``sph.bodies.cloud.Fields`` in place, with ``sph.pairs.rate_arrays.Sums`` and
-    ``sph.stepping.state.Response``: half a kick, drift, prediction."""
+    """The first half of a step, of ``sph.bodies.particle_cloud.Fields`` in place, with ``sph.pairs.rate_arrays.Sums``
+    and ``sph.stepping.state.Response``: half a kick, drift, prediction."""
     n = len(cloud.mass)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, hold)

@@ -13,7 +13,7 @@ import numpy as np
 
 from matter.compilation.jit import parallel_kernel, prange
 from sph.bodies import symmetry as symmetries
-from sph.bodies.cloud import PARTS, Cloud
+from sph.bodies.particle_cloud import PARTS, Cloud
 
 
 @parallel_kernel

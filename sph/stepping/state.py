@@ -34,7 +34,7 @@ import numpy as np
 from matter.compilation.jit import kernel, law, parallel_kernel, prange
 from matter.errors import UnphysicalState
 from matter.files import checkpoint
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
 from sph.materials import temperature
@@ -237,9 +237,9 @@ def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate
     """One evaluation of every particle; compiled without pores, late stage, plastic strain or rate of strain where
     these are None.
 
-    In: ``sph.bodies.cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``, the rates
-    of strain (n, 6) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the cloud's stress
-    (yielded), distention (compacted) and plastic strain.
+    In: ``sph.bodies.particle_cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``,
+    the rates of strain (n, 6) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the cloud's
+    stress (yielded), distention (compacted) and plastic strain.
     """
     n = len(cloud.mass)
     for block in prange(

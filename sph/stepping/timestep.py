@@ -26,7 +26,7 @@ import math
 import numpy as np
 
 from matter.compilation.jit import parallel_kernel, prange
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import SOUND
 from sph.stepping.state import Evaluated, holding
@@ -38,8 +38,8 @@ REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth
 
 @parallel_kernel
 def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
-    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.bodies.cloud.Fields``, ``sph.pairs.rate_arrays.Sums`` and
-    ``sph.stepping.state.Response``."""
+    """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.bodies.particle_cloud.Fields``,
+    ``sph.pairs.rate_arrays.Sums`` and ``sph.stepping.state.Response``."""
     h, u, gravity, count = cloud.support_radius, cloud.specific_energy, cloud.gravity, cloud.neighbours
     wave, row = evaluated.wave, evaluated.row
     approach, acceleration, divergence = rates.approach, rates.acceleration, rates.divergence

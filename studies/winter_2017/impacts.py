@@ -12,7 +12,7 @@ from scipy.stats import ks_1samp, norm
 from nbody.masses.system import load
 from nbody.population.encounters import APPROACH, COLLISION, ENTRY, EXIT
 from nbody.population.rules import weighted_mean
-from nbody.results import analytic, figures, tables
+from nbody.results import analytic, census_tables, figures
 from studies.winter_2017.score import MOONS, Evidence, Score, all_met, close, plain
 
 FOLDER = Path(__file__).parent
@@ -66,7 +66,7 @@ def _against_table(e: Evidence, moon: str, number: int) -> tuple[float, float]:
     hit = e.hits(moon)
     weight = hit["hit_probability"]
     result = []
-    for published, values in (("v_imp_km_s", hit["speed"] / 1e3), ("t_yr", hit["time"] / tables.YEAR)):
+    for published, values in (("v_imp_km_s", hit["speed"] / 1e3), ("t_yr", hit["time"] / census_tables.YEAR)):
         order = np.argsort(values)
         share = np.cumsum(weight[order]) / weight.sum()
         sample = np.array([float(row[published]) for row in rows])
@@ -81,8 +81,8 @@ def speeds(e: Evidence) -> list[Score]:
     scores = []
     for number, moon, published in (("W25", "callisto", (4141, 7519, 1.8)), ("W26", "ganymede", (2412, 3162, 1.3))):
         hit = e.hits(moon)
-        masks = tables.subsets(hit)
-        r = tables.ratio(hit["weight"], masks["retrograde"], masks["prograde"])
+        masks = census_tables.subsets(hit)
+        r = census_tables.ratio(hit["weight"], masks["retrograde"], masks["prograde"])
         scores.append(Score(number, f"{moon}: prograde/retrograde impacts",
         f"{published[0]}/{published[1]} (ratio {published[1] / published[0]:.2f})",
               f"{masks['prograde'].sum()}/{masks['retrograde'].sum()} (ratio {r.value:.2f} +- "
@@ -92,13 +92,13 @@ def speeds(e: Evidence) -> list[Score]:
     per = {}
     for moon in MOONS:
         hit = e.hits(moon)
-        masks = tables.subsets(hit)
-        per[moon] = tables.ratio(hit["weight"], masks["periapsis"], masks["no periapsis"])
+        masks = census_tables.subsets(hit)
+        per[moon] = census_tables.ratio(hit["weight"], masks["periapsis"], masks["no periapsis"])
     scores.append(Score("W27", "periapsis/no periapsis", "C 2.43, G 1.72",
           ", ".join(f"{m[0].upper()} {r.value:.2f} +- {r.standard_error:.2f}" for m, r in per.items()), "+-15 %",
           all_met(close(per["callisto"].value, 2.43, 0.15), close(per["ganymede"].value, 1.72, 0.15))))  # fmt: skip
     scores.append(_peaks(e))
-    hit, classes = e.hits("callisto"), tables.classes(e.table, MOONS["callisto"])
+    hit, classes = e.hits("callisto"), census_tables.classes(e.table, MOONS["callisto"])
     v = [
         classes[name].value / 1e3
         for name in ("v1_retrograde_maximum", "v2_retrograde_mean", "v3_retrograde_minimum", "v4_prograde_mean")
@@ -178,7 +178,7 @@ def _analytic() -> list[Score]:
 
 
 def _approach(e: Evidence) -> Score:
-    _, value, weight = tables.pairs(e.table, MOONS["callisto"])
+    _, value, weight = census_tables.pairs(e.table, MOONS["callisto"])
     mean = weighted_mean(value, weight)
     return Score("W33", "impact speed over speed at closest approach", "mean 1.021, maximum 1.259",
                  f"mean {mean.value:.4f} +- {mean.standard_error:.4f}, maximum "
@@ -190,22 +190,28 @@ def _approach(e: Evidence) -> Score:
 def angles(e: Evidence) -> list[Score]:
     """W34-W37."""
     c, g = e.hits("callisto"), e.hits("ganymede")
-    whole = [tables.mean_angle(hit, np.ones(len(hit["angle"]), bool)) for hit in (c, g)]
+    whole = [census_tables.mean_angle(hit, np.ones(len(hit["angle"]), bool)) for hit in (c, g)]
     scores = [
         Score("W34", "mean impact angle", "C 45.07, G 45.41 deg", 
               f"C {plain(whole[0])}, G {plain(whole[1])}",
               "+-0.55, +-0.8", all_met(close(whole[0].value, 45.07, absolute=0.55), close(whole[1].value, 45.41,
               absolute=0.8)))
     ]  # fmt: skip
-    basins = {name: tables.mean_angle(c, tables.in_band(c, *window)) for name, window in tables.BASINS.items()}
+    basins = {
+        name: census_tables.mean_angle(c, census_tables.in_band(c, *window))
+        for name, window in census_tables.BASINS.items()
+    }
     scores.append(Score("W35", "mean angle at Valhalla's and Asgard's latitudes", "40.34; 44.92 deg",
           "; ".join(f"{b.value:.2f} +- {b.standard_error:.2f} (n = {b.impacts})" for b in basins.values()), "+-0.9",
           all_met(close(basins["Valhalla"].value, 40.34, absolute=0.9), close(basins["Asgard"].value, 44.92,
           absolute=0.9))))  # fmt: skip
     published = {"Valhalla": (41.6, 39.73, 39.23, 40.8), "Asgard": (43.85, 45.49, 44.76, 44.99)}
     texts, verdicts = [], []
-    for name, window in tables.BASINS.items():
-        means = [tables.mean_angle(c, mask & tables.in_band(c, *window)) for mask in tables.subsets(c).values()]
+    for name, window in census_tables.BASINS.items():
+        means = [
+            census_tables.mean_angle(c, mask & census_tables.in_band(c, *window))
+            for mask in census_tables.subsets(c).values()
+        ]
         texts.append(f"{name} " + "/".join(f"{m.value:.1f}({m.standard_error:.1f})" for m in means))
         verdicts += [close(m.value, p, absolute=1.5) for m, p in zip(means, published[name])]
     scores.append(Score("W36", "table 6: mean angles pro/retro/no periapsis/periapsis",
@@ -213,10 +219,10 @@ def angles(e: Evidence) -> list[Score]:
           "; ".join(texts), "+-1.5", all_met(*verdicts), "Asgard's periapsis count is printed 1,290: it must be "
                                                          "2,490"))  # fmt: skip
     bands, target = (
-        [tables.mean_angle(c, tables.in_band(c, *band)) for band in tables.BANDS],
+        [census_tables.mean_angle(c, census_tables.in_band(c, *band)) for band in census_tables.BANDS],
         (39.27, 42.18, 46.31, 53.38, 56.81, 59.4),
     )
-    model, _ = analytic.beam_angles(np.radians(tables.BANDS))
+    model, _ = analytic.beam_angles(np.radians(census_tables.BANDS))
     scores.append(Score("W37", "table 7: mean angle in bands of 15 deg of "
                                "|latitude|", "/".join(map(str, target)) + " deg",
           "/".join(f"{b.value:.1f}({b.standard_error:.1f})" for b in bands)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from nbody.population.rules import Statistic
-from nbody.results import tables
+from nbody.results import census_tables
 
 MOONS = {"ganymede": 0, "callisto": 1}
 
@@ -36,7 +36,7 @@ class Evidence:
 
     def hits(self, moon: str) -> dict[str, np.ndarray]:
         """The impacts on one moon."""
-        return tables.hits(self.table, MOONS[moon])
+        return census_tables.hits(self.table, MOONS[moon])
 
 
 def close(found: float, published: float, relative: float = 0.0, absolute: float = 0.0) -> str:

@@ -10,9 +10,9 @@ import h5py
 import numpy as np
 import pytest
 
-from crater.bodies import exchange, findings, levels, measured, report
+from crater.bodies import body_findings, body_report, exchange, levels, measured
+from crater.bodies.body_findings import Body
 from crater.bodies.exchange import Orbit
-from crater.bodies.findings import Body
 from crater.bodies.seen import Pair, Seen
 from crater.ground import datum, locate
 from crater.results.choices import Choices
@@ -22,7 +22,7 @@ from fixtures import synthetic_craters as synthetic
 from matter.constants import G
 from matter.particles import Particles
 from matter.points import packing
-from matter.solids.shape import Shape, enclosed
+from matter.solids.body_shape import Shape, enclosed
 from matter.solids.standing import Standing
 from matter.solids.unrolled import Unrolled
 from matter.wording.body_measures import PAIRS, SINGLES, TABLE
@@ -55,7 +55,7 @@ def a_body(shape: Shape, brought=(0.0, 0.0, -1e7), **more) -> Body:
 
 
 def look_at(first: Particles, last: Particles, shape: Shape, **more) -> Seen:
-    return findings.seen_of(a_body(shape, **more), first, last)
+    return body_findings.seen_of(a_body(shape, **more), first, last)
 
 
 @pytest.fixture(scope="module")
@@ -147,7 +147,7 @@ def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
     taken = (before.position.shape[0] - np.isin(before.identity, after.identity).sum()) * 4.0**3
     assert crater["volume_m3"].value == pytest.approx(taken, rel=0.15)
     seen = look_at(before, turned, shape)
-    assert findings.classed(seen, measured.all_of(seen), crater)[0] == "crater"
+    assert body_findings.classed(seen, measured.all_of(seen), crater)[0] == "crater"
 
 
 def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
@@ -159,7 +159,7 @@ def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
     flat = locate.ground_before(ground.of(before), chosen.datum, chosen.reach, chosen.sectors)
     crater = chosen.measured(after, flat, "the body")
     seen = look_at(before, after, shape)
-    kind, reason = findings.classed(seen, measured.all_of(seen), crater)
+    kind, reason = body_findings.classed(seen, measured.all_of(seen), crater)
     assert kind == "not resolved", (kind, reason)
     assert crater["diameter_apparent_m"].value is None or "radii of a grain" in reason
 
@@ -200,13 +200,13 @@ def test_a_stretched_body_has_the_axes_and_the_volume_of_the_stretch(even):
     assert volume.after.value / volume.before.value == pytest.approx(factors.prod(), rel=0.02)
     extent = all_of["extent_z_m"]
     assert extent.change.value == pytest.approx(-0.1 * AXES[2], abs=3.0 * extent.change.sigma)
-    assert findings.classed(seen, all_of, None)[0] == "reshaped"
+    assert body_findings.classed(seen, all_of, None)[0] == "reshaped"
 
 
 def test_a_body_at_rest_has_changed_nothing(even):
     shape, before, _ = even
     seen = look_at(before, before, shape)
-    kind, reason = findings.classed(seen, measured.all_of(seen), None)
+    kind, reason = body_findings.classed(seen, measured.all_of(seen), None)
     assert kind == "no hollow" and "no axis" in reason
 
 
@@ -316,8 +316,8 @@ def test_the_map_is_a_surface_that_pyvista_opens(even, tmp_path):
     shape, before, _ = even
     cut = bodies.Cut(shape.placed, 50.0, 12.0)
     seen = look_at(before, before.select(~cut.inside(before.position)), shape)
-    stage = findings.BodyStage("dem", tmp_path / "last", 60.0, seen, measured.all_of(seen), "crater", "as told")
-    findings.write_map(stage, tmp_path / "map.vtkhdf")
+    stage = body_findings.BodyStage("dem", tmp_path / "last", 60.0, seen, measured.all_of(seen), "crater", "as told")
+    body_findings.write_map(stage, tmp_path / "map.vtkhdf")
     with h5py.File(tmp_path / "map.vtkhdf") as file:
         assert set(file["surface"]) == set(file["VTKHDF/PointData"]) | {"place"}
         assert file["surface/height_change"].attrs["unit"] == "m"
@@ -328,9 +328,9 @@ def test_the_map_is_a_surface_that_pyvista_opens(even, tmp_path):
     opened = pyvista.read(tmp_path / "map.vtkhdf")
     assert opened.n_cells == len(seen.chart.points.triangles)
     assert opened.point_data["height_change"] == pytest.approx(seen.chart.change)
-    lines = report.lines(json.loads(json.dumps({"final": "dem", "dem": stage.as_dict(tmp_path)})))
+    lines = body_report.lines(json.loads(json.dumps({"final": "dem", "dem": stage.as_dict(tmp_path)})))
     assert lines[0] == "the body: a crater (as told)" and any("longest axis" in line for line in lines)
-    assert "<h2>The body</h2>" in report.section([stage], tmp_path)
+    assert "<h2>The body</h2>" in body_report.section([stage], tmp_path)
 
 
 @pytest.mark.parametrize(

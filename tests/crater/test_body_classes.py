@@ -9,8 +9,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater.bodies import classes, findings, hollow, measured
-from crater.bodies.findings import Body
+from crater.bodies import body_findings, classes, hollow, measured
+from crater.bodies.body_findings import Body
 from crater.bodies.height_map import HeightMap
 from crater.bodies.seen import Seen
 from crater.ground import datum, locate
@@ -22,7 +22,7 @@ from fixtures import synthetic_craters as synthetic
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.points import packing
-from matter.solids.shape import Shape, spread
+from matter.solids.body_shape import Shape, spread
 from matter.solids.standing import Standing
 from matter.solids.unrolled import Unrolled
 
@@ -59,7 +59,7 @@ def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40
     except InputError:  # the stage goes on without it
         pass
     hit = Body(shape, np.zeros(3), None, None, 1e-4, 50.0, np.array([0.0, 0.0, -1e7]))
-    seen: Seen = findings.seen_of(hit, before, after)
+    seen: Seen = body_findings.seen_of(hit, before, after)
     return classes.classed(seen, measured.all_of(seen), crater)
 
 

@@ -15,7 +15,7 @@ from crater.comparison import craters, difference, observations
 from crater.ground import radial_profile
 from crater.ground.radial_profile import Profile
 from crater.pages import compare
-from crater.pictures import sections
+from crater.pictures import plot_sections
 from fixtures import synthetic_craters as synthetic
 from matter.errors import InputError
 from matter.files import snapshot
@@ -143,7 +143,7 @@ def test_two_runs_a_csv_and_two_observations_in_one_picture(tmp_path, capsys):
     for name in ("comparison.png", "cross_sections.png"):
         assert (tmp_path / "out" / name).stat().st_size > 20_000
     with pytest.raises(InputError, match="no snapshot or no datum"):
-        sections.draw_side_by_side([craters.load(str(tmp_path / "mine.csv"))], tmp_path / "x.png")
+        plot_sections.draw_side_by_side([craters.load(str(tmp_path / "mine.csv"))], tmp_path / "x.png")
     assert json.loads((tmp_path / "first" / "6_crater" / "measures.json").read_text())["final"]["by_azimuth"][
         "apparent_radius_m"
     ]

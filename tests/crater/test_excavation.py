@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from crater.ejecta import catalogue as catalogues
-from crater.ejecta import excavation, flight, size_classes
+from crater.ejecta import ejecta_flight, excavation, size_classes
 from crater.ground import datum as datums
 from crater.pages import report_matter
 from crater.results import thrown_out
@@ -92,7 +92,7 @@ def test_on_a_body_the_catalogue_is_the_same_turned_about():
         frame["velocity"] = frame.velocity @ np.asarray(body.axes)
     rows = catalogues.of(frames, body, G, 2.0, 0.0)
     flat, _ = found(0.0)
-    assert rows.number.tolist() == flat.number.tolist() and (rows.fate == flight.FALLS).all()
+    assert rows.number.tolist() == flat.number.tolist() and (rows.fate == ejecta_flight.FALLS).all()
     assert catalogues.distance(rows, body) == pytest.approx(catalogues.distance(flat, GROUND), rel=2e-3)
     assert rows.speed == pytest.approx(flat.speed, rel=1e-5) and rows.angle == pytest.approx(flat.angle, abs=1e-4)
 
@@ -105,7 +105,7 @@ def test_the_file_holds_the_catalogue_with_material_and_shock(tmp_path):
     arrays, facts = archive.read(tmp_path / "ejecta.h5")
     assert arrays["material"].tolist() == last.material[rows.number].tolist()
     assert arrays["peak_pressure"].tolist() == last.peak_pressure[rows.number].tolist()
-    assert [str(name) for name in facts["fates"]] == list(flight.FATES) and list(facts["materials"]) == [
+    assert [str(name) for name in facts["fates"]] == list(ejecta_flight.FATES) and list(facts["materials"]) == [
         "ice",
         "basalt",
     ]
@@ -128,7 +128,7 @@ def thrown(seed=3, count=4000):
     landing = np.column_stack([CRATER * (1.2 + 4.0 * (1.0 - np.minimum(depth, 20.0) / 20.0)), np.zeros((count, 2))])
     landing[::10, 0] = 50.0
     fate = np.zeros(count, dtype=np.int8)
-    fate[1::10] = flight.ESCAPES
+    fate[1::10] = ejecta_flight.ESCAPES
     time = np.where(np.arange(count) < 50, 20.0, 1.0)
     rows = catalogues.Catalogue(
         np.arange(count), first * 0.0, time, first * 0.0, mass, mass, mass, np.zeros(count, int), fate, landing,
@@ -162,7 +162,7 @@ def test_the_blanket_says_which_depth_lies_where():
     assert len(mass) == len(excavation.RANGES) + 1 and facts["blanket"][-1]["escapes"]
     near, far = mass[0], mass[3]  # 1 to 1.5 R: first depths of 18.5 to 20 m; 3 to 5 R: 1 to 11 m
     assert near[1] > 0.0 and near[0] == near[2] == 0.0 and far[0] > 9.0 * far[1] > 0.0
-    escaped = (rows.fate == flight.ESCAPES) & (rows.time <= 10.0) & (np.arange(len(rows.mass)) % 10 != 0)
+    escaped = (rows.fate == ejecta_flight.ESCAPES) & (rows.time <= 10.0) & (np.arange(len(rows.mass)) % 10 != 0)
     assert mass[-1].sum() == pytest.approx(rows.mass[escaped].sum())
     assert facts["blanket"][0]["peak_pressure_half_Pa"] > facts["blanket"][3]["peak_pressure_half_Pa"]
 

@@ -9,7 +9,7 @@ from crater.ejecta import launch
 from crater.ground import datum
 from crater.measures import blanket, forms
 from crater.measures.measure import measure
-from crater.scaling import laws
+from crater.scaling import crater_size
 from fixtures import synthetic_craters as synthetic
 from matter.errors import InputError
 from matter.geometry import frame
@@ -66,20 +66,20 @@ def test_mass_above_a_speed_counts_what_flies():
 
 def test_ejected_mass_joins_launch_speed_and_place():
     """At the speed with which matter leaves x, M(>v) is k rho x^3."""
-    event = laws.ImpactEvent(0.1, 5000.0, 0.3, 1.0, 2700.0, 1600.0)
+    event = crater_size.ImpactEvent(0.1, 5000.0, 0.3, 1.0, 2700.0, 1600.0)
     k, c1, mu, nu = 0.3, 0.55, 0.41, 0.4
     x = 0.7
     v = event.speed * np.cos(0.3) * c1 * ((x / event.radius) * (1600.0 / 2700.0) ** nu) ** (-1.0 / mu)
-    assert laws.ejected_mass(event, v, k, c1, mu, nu) == pytest.approx(k * 1600.0 * x**3, rel=1e-12)
+    assert crater_size.ejected_mass(event, v, k, c1, mu, nu) == pytest.approx(k * 1600.0 * x**3, rel=1e-12)
 
 
 def sand_ejecta(mu: float, c1: float, height: float):
     """An event, a radius, and flat ground in two snapshots: particles at rest, then on their parabolas when each is
     1.1 times as high as ``height``."""
-    event = laws.ImpactEvent(0.01, 2000.0, 0.0, 10.0, 900.0, 1500.0)
+    event = crater_size.ImpactEvent(0.01, 2000.0, 0.0, 10.0, 900.0, 1500.0)
     radius, gravity, rng = 0.2, 10.0, np.random.default_rng(3)
     x, azimuth, slope = rng.uniform(0.013, 0.17, 4000), rng.uniform(0.0, 2.0 * np.pi, 4000), np.radians(47.0)
-    v = laws.launch_speed(event, x, radius, c1, mu)
+    v = crater_size.launch_speed(event, x, radius, c1, mu)
     rise, out = v * np.sin(slope), v * np.cos(slope)
     time = (rise - np.sqrt(np.maximum(rise**2 - 2.2 * gravity * height, 0.0))) / gravity
     reach = x + out * time
@@ -100,7 +100,7 @@ def test_launches_are_led_back_to_the_ground(mu, c1):
     event, radius, gravity, frames = sand_ejecta(mu, c1, 1e-3)
     thrown = launch.launched(frames, gravity, 1e-3)
     assert np.degrees(thrown.angle) == pytest.approx(47.0, abs=1e-6)
-    assert thrown.speed == pytest.approx(laws.launch_speed(event, thrown.distance, radius, c1, mu), rel=1e-6)
+    assert thrown.speed == pytest.approx(crater_size.launch_speed(event, thrown.distance, radius, c1, mu), rel=1e-6)
     fit = launch.fit(thrown, event, radius)
     assert fit.mu == pytest.approx(mu, rel=0.01) and fit.c1 == pytest.approx(c1, rel=0.03)
     assert fit.mu_sigma < 0.02 * mu

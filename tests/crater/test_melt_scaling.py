@@ -8,7 +8,7 @@ import pytest
 
 from crater.pages import report_matter
 from crater.scaling import melt
-from crater.scaling.laws import ImpactEvent
+from crater.scaling.crater_size import ImpactEvent
 from matter.case import material, shock_phases
 from pipeline.running import result
 from sph.materials.rows import collect

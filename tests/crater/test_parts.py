@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from crater.comparison import observations
-from crater.ground import cloud, datum, far_field, radial_profile, smoothing, surface
+from crater.ground import cloud, datum, far_field, radial_profile, surface, surface_smoothing
 from crater.ground.radial_profile import Profile, Relief
 from crater.pages import compare
 from crater.results import series
@@ -21,15 +21,15 @@ from matter.particles import Particles
 def test_smoothing_of_a_paraboloid_is_a_shift():
     """Average of a r^2 over the kernel's slice: a (r^2 + 2 sigma^2) with sigma^2 = 0.3164 spacings^2 per axis."""
     s, d = np.linspace(0.1, 10.0, 60), np.full(60, 0.7)
-    shown = smoothing.smooth(lambda r: 0.3 * r**2, s, d)
+    shown = surface_smoothing.smooth(lambda r: 0.3 * r**2, s, d)
     assert shown - 0.3 * s**2 == pytest.approx(np.full(60, 0.3 * 2 * 0.3164 * 0.49), rel=2e-3)
 
 
 def test_inverse_undoes_the_smoothing_of_smooth_ground():
     s, d = np.arange(0.25, 30.0, 0.5), np.ones(60)
     true = np.exp(-((s / 8.0) ** 2))
-    shown = smoothing.smooth(lambda r: np.exp(-((r / 8.0) ** 2)), s, d)
-    back = smoothing.sharpened(s, d, shown)
+    shown = surface_smoothing.smooth(lambda r: np.exp(-((r / 8.0) ** 2)), s, d)
+    back = surface_smoothing.sharpened(s, d, shown)
     assert np.abs(back - true)[2:50].max() < 0.1 * np.abs(shown - true).max()
 
 
@@ -47,7 +47,7 @@ def test_colour_field_follows_the_known_smoothing():
         p = synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(seed), "lattice")
         heights = surface.measure_heights(cloud.of(Particles(synthetic.as_fields(p, 1.0))), flat, columns)
         means.append([np.nanmean(heights.colour[a:b]) for a, b in zip(columns.start[:-1], columns.start[1:])])
-    expected = smoothing.smooth(shape.h, middle, np.ones(len(middle)))
+    expected = surface_smoothing.smooth(shape.h, middle, np.ones(len(middle)))
     assert np.abs(np.mean(means, axis=0) - expected)[6:].max() < 0.06
 
 

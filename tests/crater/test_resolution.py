@@ -8,7 +8,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater.ground import datum, smoothing
+from crater.ground import datum, surface_smoothing
 from crater.ground.shape import make_crest_finder, make_ruler, shape_of
 from crater.measures import quantities
 from fixtures import drawn_craters
@@ -34,7 +34,7 @@ def misses(height, across: float) -> list[float]:
     ground = SimpleNamespace(
         columns=SimpleNamespace(distance=middle, spacing=np.full(len(middle), d), edges=edges), datum=flat
     )
-    mean = smoothing.smooth(height, middle, ground.columns.spacing)
+    mean = surface_smoothing.smooth(height, middle, ground.columns.spacing)
     ruler = make_ruler(ground, true.apparent, mean)
     first = shape_of(mean, ruler, flat, None, 0.9 * true.apparent)
     found = shape_of(
@@ -71,6 +71,9 @@ def test_a_crest_is_restored_but_for_a_share_of_what_was_rounded_off():
             if name in ("rounded", "smooth"):
                 assert abs(missed) < 0.015, (name, across)
             else:
-                lost = float(height(crest)[0] - smoothing.smooth(height, crest, np.array([1.0 / across]))[0]) * across
+                lost = (
+                    float(height(crest)[0] - surface_smoothing.smooth(height, crest, np.array([1.0 / across]))[0])
+                    * across
+                )
                 share.append(missed / lost)
     assert quantities.RESOLUTION_RIM == pytest.approx(np.sqrt(np.mean(np.square(share))), rel=0.1)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from crater.ejecta import catalogue as catalogues
-from crater.ejecta import flight, size_classes
+from crater.ejecta import ejecta_flight, size_classes
 from crater.ground import datum as datums
 from crater.pages import report_matter
 from matter.files import archive
@@ -32,8 +32,11 @@ def thrown():
         "layer": layer, "support_radius": np.full(n, 2.0), "velocity": np.zeros((n, 3)),
     }  # fmt: skip
     number = np.arange(36)
-    fate = np.where(number < 27, flight.ESCAPES, flight.FALLS)
-    nil, landing = np.zeros(36), np.where((fate == flight.ESCAPES)[:, None], np.nan, np.array([[500.0, 0.0, 0.0]]))
+    fate = np.where(number < 27, ejecta_flight.ESCAPES, ejecta_flight.FALLS)
+    nil, landing = (
+        np.zeros(36),
+        np.where((fate == ejecta_flight.ESCAPES)[:, None], np.nan, np.array([[500.0, 0.0, 0.0]])),
+    )
     rows = catalogues.Catalogue(
         number, np.zeros((36, 3)), nil, np.zeros((36, 3)), nil, nil, np.full(36, 2.0), layer[:36], fate, landing, nil,
         (0.0, 0.0), (0.0, 0.0),

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dem.beds import settling, stage
-from dem.beds.domain import Domain
+from dem.beds.bed_domain import Domain
 from dem.beds.layered_body import LayeredBody
 from dem.grains.assembly import Assembly
 from matter.errors import InputError

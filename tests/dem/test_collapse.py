@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from dem import stage
 from dem.beds.flat_ground import ground_of
-from dem.collapse import run as collapsing
+from dem.collapse import collapse_run as collapsing
 from dem.collapse.origins import Origins
 from dem.stiffness import change
 from dem.stiffness.following import Following
@@ -119,7 +119,7 @@ def test_a_light_grain_does_not_set_the_step(carved, result):
 
 
 def test_the_bowl_fills(carved, result):
-    from dem.beds.domain import Domain
+    from dem.beds.bed_domain import Domain
     from dem.collapse.stillness import surface_profile
     from dem.contact.settings import Contact
     from dem.grains.assembly import Assembly
@@ -135,7 +135,7 @@ def test_the_bowl_fills(carved, result):
 
 def final(out):
     """Profile of the last snapshot [m] in rings of two mean radii, mean radius, mass that flies or has been booked."""
-    from dem.beds.domain import Domain
+    from dem.beds.bed_domain import Domain
     from dem.collapse.stillness import surface_profile
     from dem.contact.settings import Contact
     from dem.grains.assembly import Assembly

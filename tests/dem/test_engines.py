@@ -23,7 +23,7 @@ from dem.contact.gravity import Field
 from dem.contact.settings import Contact, GrainLaw
 from dem.contact.walls import CONE, PLANE, REVOLVED, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder
 from dem.engines import binary_dump, central_gravity, deviations, liggghts, program, wall_meshes
-from dem.engines.classes import Classes
+from dem.engines.grain_classes import Classes
 from dem.engines.scene import Plan, Scene
 from dem.grains.assembly import Assembly, shortest_contact_time
 from matter import progress
@@ -419,7 +419,7 @@ def native(carved):  # noqa: F811
 
 
 def profile(folder):
-    from dem.beds.domain import Domain
+    from dem.beds.bed_domain import Domain
     from dem.collapse.stillness import COLUMN
 
     last = snapshot.read(folder / "last.vtkhdf")

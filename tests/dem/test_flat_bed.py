@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from dem.beds import flat_settling, packing
+from dem.beds import flat_settling, grain_packing
 from dem.beds import stage as bed_stage
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
@@ -130,8 +130,8 @@ def test_a_tilted_lattice_has_no_level_layers(tmp_path):
     layers."""
     bed, report = settled(tmp_path, shape="bowl", packing="hcp_tilted", arc_radius=8.0, radius_spread=0.0, count=900)
     check_at_rest(report)
-    level, radius = packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6))
-    tilted, _ = packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6), tilted=True)
+    level, radius = grain_packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6))
+    tilted, _ = grain_packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6), tilted=True)
     step = 2.0 * radius * math.sqrt(2.0 / 3.0)  # between layers
 
     def order(points):  # 1 where all heights are whole layers apart, about 0 where they are spread
@@ -235,7 +235,7 @@ def test_containers(shape):
 
 def test_hexagonal_lattice_fits():
     box = Container("bowl", 10.0, -10.0, 1.0)
-    points, radius = packing.hexagonal_in(2000, box)
+    points, radius = grain_packing.hexagonal_in(2000, box)
     assert len(points) == pytest.approx(2000, rel=0.1)
     assert box.depth_inside(points).min() >= radius * (1 - 1e-6)
     from scipy.spatial import cKDTree

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.collapse import flight, flight_collisions
-from dem.collapse.run import COLUMNS
+from dem.collapse.collapse_run import COLUMNS
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact, GrainLaw
 from dem.grains.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly, Extras

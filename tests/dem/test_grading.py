@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from dem.beds import expected_grains, extent, grading, packing, stage
+from dem.beds import expected_grains, extent, grading, grain_packing, stage
 from dem.beds.container import Container
 from matter import cadence
 from tests.dem.stops import interrupted, same_grains
@@ -44,8 +44,8 @@ def test_neighbours_differ_little_and_nothing_is_coarser_than_twice_the_finest()
 @pytest.mark.parametrize("container", CONTAINERS, ids=["cylinder", "bowl"])
 def test_sizes_follow_the_profile_and_fill_every_zone_alike(container):
     impact = IMPACT.model_copy(update={"expected_transient_diameter": 25.0})  # fine within 17.9 m
-    sizes, below = grading.solved(30_000, 0.15, packing.FRACTION, container, impact, 0.04)
-    points, radius = packing.contained(30_000, 0.15, container, sizes, np.random.SeedSequence(1))
+    sizes, below = grading.solved(30_000, 0.15, grain_packing.FRACTION, container, impact, 0.04)
+    points, radius = grain_packing.contained(30_000, 0.15, container, sizes, np.random.SeedSequence(1))
     assert (container.depth_inside(points) > 0.0).all()
     over = radius / sizes.local(points)
     assert 0.845 < over.min() < 0.855 and 1.145 < over.max() < 1.155  # radii as predicted: no scale is left to find
@@ -57,7 +57,9 @@ def test_sizes_follow_the_profile_and_fill_every_zone_alike(container):
     whole = container.volume(container.floor, container.top)
     for low, high in ((0.0, 17.9), (17.9, 30.0), (30.0, 45.0)):
         zone = whole * np.mean((np.linalg.norm(trial, axis=1) >= low) & (np.linalg.norm(trial, axis=1) < high))
-        assert volume[(distance >= low) & (distance < high)].sum() / zone == pytest.approx(packing.FRACTION, rel=0.03)
+        assert volume[(distance >= low) & (distance < high)].sum() / zone == pytest.approx(
+            grain_packing.FRACTION, rel=0.03
+        )
 
 
 def test_grains_alike_are_a_growth_of_nothing():

@@ -205,7 +205,7 @@ def test_a_strength_and_a_law_of_cohesion_come_together():
 
 
 def test_every_law_that_is_not_taken_is_idle(tmp_path):
-    from dem.used_laws import _laws
+    from dem.used_contact_laws import _laws
 
     for family, number in LISTED:
         if family.key in ("normal", "cohesion"):

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from dem.beds import bed_measures, loose_packing, stage
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
-from dem.beds.phases import LOOSE_PHASES
+from dem.beds.settling_phases import LOOSE_PHASES
 from dem.collapse import ground_fraction
 from dem.contact.settings import Contact, GrainLaw
 from dem.trials import friction_angle

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from dem.beds import pictures
+from dem.beds import bed_pictures
 from matter.particles import Particles
 from matter.wording import readable
 
@@ -24,7 +24,7 @@ def grains(size):
 @pytest.mark.parametrize(("size", "unit", "across"), [(0.1, "mm", 100.0), (1.0, "m", 1.0), (30e3, "km", 30.0)])
 def test_a_bed_is_drawn_in_a_unit_that_suits_its_size(size, unit, across):
     axes = Figure().add_subplot()
-    pictures.flat_slab(axes, grains(size), SimpleNamespace(shape="box", radius=size, floor=-size, top=0.2 * size))
+    bed_pictures.flat_slab(axes, grains(size), SimpleNamespace(shape="box", radius=size, floor=-size, top=0.2 * size))
     assert axes.get_xlabel() == f"x [{unit}]" and axes.get_ylabel() == f"z [{unit}]"
     assert axes.get_xlim()[1] == pytest.approx(1.05 * across)
     circles = axes.collections[0]
@@ -32,7 +32,7 @@ def test_a_bed_is_drawn_in_a_unit_that_suits_its_size(size, unit, across):
 
     axes = Figure().add_subplot()
     domain = SimpleNamespace(half_angle=0.5, core_radius=size, datum_radius=2.0 * size, top_radius=2.2 * size)
-    pictures.slab(axes, grains(size), domain)
+    bed_pictures.slab(axes, grains(size), domain)
     assert axes.get_xlabel() == f"x [{unit}]"
     assert axes.get_xlim()[1] == pytest.approx(1.05 * 2.2 * across * np.sin(0.5))
     assert np.asarray(axes.collections[0].get_offsets())[:, 0].max() == pytest.approx(0.5 * across)

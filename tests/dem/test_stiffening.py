@@ -8,7 +8,7 @@ from pydantic import ValidationError
 
 from dem import stage
 from dem.beds.flat_ground import ground_of
-from dem.collapse import run as collapsing
+from dem.collapse import collapse_run as collapsing
 from dem.contact.grain_solid import elastic
 from dem.contact.settings import Contact
 from dem.stiffness.stiffening import fastest_approach, springs_for

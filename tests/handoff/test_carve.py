@@ -5,7 +5,7 @@ from scipy.spatial import cKDTree
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
 from handoff.domains import domain
-from handoff.source import surface
+from handoff.source import cloud_surface
 from handoff.transfer import carve, transfer
 from matter.errors import InputError
 from matter.geometry.alpha_shape import alpha_shape
@@ -20,7 +20,7 @@ def carved(flat_bed, ground):
         lambda p: -np.sqrt(np.maximum(CAVITY**2 - p[:, 0] ** 2 - p[:, 1] ** 2, 0.0)),
         lambda p: np.zeros_like(p),
     )
-    return transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+    return transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)
 
 
 def test_grains_stay_by_their_centres_and_do_not_move(flat_bed, carved):
@@ -93,7 +93,9 @@ def test_share_of_particles_at_the_side_is_their_part_inside():
     """A lattice cut by a cylinder: the shares sum to the volume inside, a particle on the face counts half."""
     points = clouds.lattice((9.0, 9.0, 9.0), 1.0)
     region = domain.Cylinder(5.0, -5.0, 0.0, 5.0)
-    share, centre = surface.share_inside(points, np.ones(len(points)), region, cKDTree(points), np.arange(len(points)))
+    share, centre = cloud_surface.share_inside(
+        points, np.ones(len(points)), region, cKDTree(points), np.arange(len(points))
+    )
     assert share.sum() == pytest.approx(region.volume, rel=0.02)  # the top counts by centres
     side = np.abs(np.hypot(points[:, 0], points[:, 1]) - 5.0) < 0.05
     assert np.mean(share[side & (np.abs(points[:, 2]) < 4.0)]) == pytest.approx(0.5, abs=0.05)

@@ -8,7 +8,7 @@ from scipy.spatial import cKDTree
 
 from fixtures import clouds
 from handoff.ledger_rows import account
-from handoff.source import hydrostatic, surface
+from handoff.source import cloud_surface, hydrostatic
 from handoff.transfer import ejecta, transfer
 
 
@@ -20,7 +20,7 @@ def thrown(sphere_cloud, sphere_bed):
     up = source.position[low] / np.linalg.norm(source.position[low], axis=1)[:, None]
     source.position[low] = (np.linalg.norm(source.position[low], axis=1) * 0.0 + clouds.R_BODY + 75e3)[:, None] * up
     column = hydrostatic.from_target(clouds.target_table(), clouds.R_BODY)
-    made = transfer.hand_over(source, sphere_bed, surface.Rules(), column)
+    made = transfer.hand_over(source, sphere_bed, cloud_surface.Rules(), column)
     return source, sphere_bed, column, made
 
 

@@ -6,7 +6,7 @@ import pytest
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
 from handoff.ledger_rows import account
-from handoff.source import grain_size, surface
+from handoff.source import cloud_surface, grain_size
 from handoff.transfer import transfer
 from matter.errors import InputError
 
@@ -35,7 +35,7 @@ def test_the_ledger_counts_in_grains_at_the_impact_and_says_how_far_the_bed_reac
         lambda p: np.zeros_like(p),
     )
     bed = said(flat_bed, radius_m=0.8)
-    handed = transfer.hand_over(source, bed, surface.Rules(), ground)
+    handed = transfer.hand_over(source, bed, cloud_surface.Rules(), ground)
     ledger, hole = account.ledger_of(handed, source, bed, ground, {}), handed.carving.size.radius
     assert ledger["cavity_radius_over_r_DEM_min"]["value"] == pytest.approx(hole / 0.8)
     assert ledger["bed_radii"]["value"] == pytest.approx(ARC_FLAT / hole)

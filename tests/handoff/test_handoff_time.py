@@ -8,8 +8,8 @@ import pytest
 from fixtures import clouds
 from handoff import ledger
 from handoff.domains import domain
-from handoff.ledger_rows import shock
-from handoff.source import cavity, handoff_time, hydrostatic, surface
+from handoff.ledger_rows import shock_rows
+from handoff.source import cavity, cloud_surface, handoff_time, hydrostatic
 from handoff.source.handoff_time import Diagnosis, choose, first_maximum
 from handoff.transfer import transfer
 from matter.errors import InputError
@@ -125,12 +125,12 @@ def test_what_is_too_shallow_for_the_choice_is_none_to_the_transfer():
             disorder=0.02,
         )
         if depth > cavity.RESOLVED_DEPTH:
-            assert transfer.hand_over(source, bed, surface.Rules(), column).carving.size.depth == pytest.approx(
+            assert transfer.hand_over(source, bed, cloud_surface.Rules(), column).carving.size.depth == pytest.approx(
                 depth, abs=0.6
             )
             continue
         with pytest.raises(InputError, match="no crater"):
-            transfer.hand_over(source, bed, surface.Rules(), column)
+            transfer.hand_over(source, bed, cloud_surface.Rules(), column)
 
 
 def test_diagnosis_of_a_bowl_and_its_drive(sphere_cloud):
@@ -143,13 +143,13 @@ def test_diagnosis_of_a_bowl_and_its_drive(sphere_cloud):
     falling = Particles({name: source[name] for name in source}, {**source.attributes, "time": 110.0})
     up = region.frame.up(source.position)
     falling["velocity"] = source.velocity + np.where(body[:, None], -10.0 * G * up, 0.0)
-    found = handoff_time.diagnose(falling, source, "snap_0001", region, column, surface.Rules())
+    found = handoff_time.diagnose(falling, source, "snap_0001", region, column, cloud_surface.Rules())
     assert found.drive == pytest.approx(1.0, rel=0.02)  # free fall: all of the weight is unbalanced
     assert found.depth == pytest.approx(200e3, abs=40e3)  # half a particle spacing
     assert found.radius == pytest.approx(500e3 * np.sqrt(200 / 240), rel=0.12)
     assert found.excess_pressure < 1e-3  # the synthetic body is in balance
     assert found.ejected == pytest.approx(source.mass[~body].sum(), rel=0.1)
-    assert np.isnan(handoff_time.diagnose(source, None, "snap_0000", region, column, surface.Rules()).drive)
+    assert np.isnan(handoff_time.diagnose(source, None, "snap_0000", region, column, cloud_surface.Rules()).drive)
     inside = body & (region.depth_inside(source.position) > 0.0)
     assert found.kinetic == pytest.approx(0.5 * np.sum(source.mass[inside]) * (10.0 * G) ** 2, rel=0.02)
 
@@ -183,6 +183,6 @@ def test_a_window_that_is_empty_waives_the_row_on_the_time_and_no_other_choice_d
     cavity_now = SimpleNamespace(carving=SimpleNamespace(size=SimpleNamespace(volume=1e17)))
     for choice, verdict in ((late, "waived"), (None, "fail")):
         book = ledger.Ledger()
-        shock.time_row(book, cavity_now, 300.0, choice, column)
+        shock_rows.time_row(book, cavity_now, 300.0, choice, column)
         (row,) = book.rows
         assert row["verdict"] == verdict and row["value"] == pytest.approx(300.0 / (0.8 * np.sqrt(np.cbrt(1e17) / G)))

@@ -10,8 +10,8 @@ from handoff import ledger as ledgers
 from handoff.domains import domain
 from handoff.ledger import Ledger
 from handoff.ledger_rows import account
-from handoff.ledger_rows import cavity as account_cavity
-from handoff.source import cavity, heights, hydrostatic, surface
+from handoff.ledger_rows import cavity_rows as account_cavity
+from handoff.source import cavity, cloud_surface, heights, hydrostatic
 from handoff.transfer import transfer
 
 RADIUS, BOWL, RIM = 20.0, 9.0, 3.0
@@ -38,7 +38,7 @@ def in_a_plane(request):
     bed = clouds.flat_bed(1.0, 29.0, 13.0, 5.0)
     source = clouds.flat_source(spacing, 29.0, 13.0, bowl_in_a_plane, lambda p: np.tile([0.0, 0.0, 1.0], (len(p), 1)))
     column = hydrostatic.uniform(1e3, 1000.0, 30.0)
-    made = transfer.hand_over(source, bed, surface.Rules(), column)
+    made = transfer.hand_over(source, bed, cloud_surface.Rules(), column)
     return made, account.ledger_of(made, source, bed, column, {}), allowed, bed
 
 
@@ -94,7 +94,7 @@ def test_bowl_on_a_sphere():
     sphere_cloud, sphere_bed = clouds.sphere_cloud(fine=70e3), clouds.sphere_bed(grain=30e3)
     source = clouds.sphere_source(sphere_cloud, radius, depth, rim, velocity=lambda p: np.zeros_like(p), curtain=40)
     column = hydrostatic.from_target(clouds.target_table(), clouds.R_BODY)
-    made = transfer.hand_over(source, sphere_bed, surface.Rules(), column)
+    made = transfer.hand_over(source, sphere_bed, cloud_surface.Rules(), column)
     ledger = account.ledger_of(made, source, sphere_bed, column, {})
     arc = radius * np.sqrt(depth / (depth + rim))
     angle = np.linspace(0.0, arc / clouds.R_BODY, 4001)

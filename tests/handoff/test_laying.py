@@ -10,7 +10,7 @@ import pytest
 from fixtures import grain_bodies
 from handoff import stage as handing
 from handoff.domains import domain
-from handoff.source import laying, surface
+from handoff.source import cloud_surface, laying
 from handoff.transfer import bulking, ejecta
 from matter.errors import InputError
 from matter.geometry.rotation import rotation
@@ -112,7 +112,7 @@ def test_ground_at_rest_is_not_loosened_by_the_curvature_of_its_body(patch):
     still["material"] = np.zeros(len(still), dtype=np.int32)
     still.attributes = {**still.attributes, **known}
     laid = near(patch.laid(still))
-    share = laid.density / surface.reference_density(laid)
+    share = laid.density / cloud_surface.reference_density(laid)
     assert share == pytest.approx(1.0, abs=1e-12) and (bulking.radius_factor(share) == 1.0).all()
     assert laid.density.min() < 0.97 * 1200.0  # as its volume is counted
 

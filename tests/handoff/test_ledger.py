@@ -8,7 +8,7 @@ from handoff import ledger as ledgers
 from handoff.domains import domain
 from handoff.ledger import LIMITS, WAIVABLE, Ledger
 from handoff.ledger_rows.headline import headline
-from handoff.pages.report import text
+from handoff.pages.handoff_report import text
 from handoff.source import hydrostatic, shock
 from handoff.stage import Settings
 from matter.case import material

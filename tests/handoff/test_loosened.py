@@ -9,7 +9,7 @@ import pytest
 
 from dem import stage as dem_stage
 from dem.beds.flat_ground import ground_of
-from dem.collapse import run as collapsing
+from dem.collapse import collapse_run as collapsing
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT as ARC
 from fixtures.clouds import DEPTH
@@ -17,7 +17,7 @@ from fixtures.flows import FIELDS, hemisphere
 from handoff.domains import domain
 from handoff.ledger_rows import account
 from handoff.settings import Settings
-from handoff.source import hydrostatic, surface
+from handoff.source import cloud_surface, hydrostatic
 from handoff.transfer import bulking, carve, ejecta, mapping, transfer
 from matter.case import material
 from matter.errors import InputError
@@ -47,7 +47,7 @@ def half_loose():
 def handed(flat_bed, ground, fewer_points):
     source = half_loose()
     made = {
-        rule: transfer.hand_over(source, flat_bed, surface.Rules(loosened=rule), ground)
+        rule: transfer.hand_over(source, flat_bed, cloud_surface.Rules(loosened=rule), ground)
         for rule in ("full_size", "shrunk")
     }
     ledgers = {rule: account.ledger_of(one, source, flat_bed, ground, {}) for rule, one in made.items()}
@@ -172,7 +172,7 @@ def test_a_material_that_is_not_known_is_held_against_the_bed(flat_bed, ground):
     source["density"], source["mass"] = source.density * 950.0 / ICE, source.mass * 950.0 / ICE
     bed = flat_bed.select(np.ones(len(flat_bed), dtype=bool))
     bed.tables = flat_bed.tables
-    start = transfer.hand_over(source, bed, surface.Rules(loosened="shrunk"), ground).start
+    start = transfer.hand_over(source, bed, cloud_surface.Rules(loosened="shrunk"), ground).start
     full = bed.radius[np.isin(bed.identity, start.identity)]
     x = start.position[:, 0]
     np.testing.assert_allclose((start.radius / full)[x < -3.0], FACTOR, rtol=1e-12)
@@ -187,7 +187,9 @@ def test_ejecta_are_as_dense_as_packed_matter(flat_bed, ground):
     source["position"][flying] = 2.0 * source.position[flying] + [0.0, 0.0, 120.0]  # none touches another
     region = domain.read(flat_bed.attributes)
     radius = {
-        rule: ejecta.from_source(source, flying, flat_bed, 0.6, region, ground, rules=surface.Rules(loosened=rule))
+        rule: ejecta.from_source(
+            source, flying, flat_bed, 0.6, region, ground, rules=cloud_surface.Rules(loosened=rule)
+        )
         for rule in ("full_size", "shrunk")
     }
     loose = source.position[flying, 0] <= 0.0
@@ -197,7 +199,7 @@ def test_ejecta_are_as_dense_as_packed_matter(flat_bed, ground):
 
 
 def test_shrunk_is_the_default():
-    assert Settings().loosened == surface.Rules().loosened == "shrunk"
+    assert Settings().loosened == cloud_surface.Rules().loosened == "shrunk"
 
 
 @pytest.fixture(scope="module")
@@ -217,7 +219,7 @@ def test_loosened_ground_packs_again(tmp_path, settled_ground, rule):
     source["density"], source["mass"] = source.density * share, source.mass * share
     source["distention"] = np.full(len(source), material.reference_density("basalt") / 1500.0)
     source.attributes["materials"] = ["basalt"]
-    rules = surface.Rules(crater="any", loosened=rule)
+    rules = cloud_surface.Rules(crater="any", loosened=rule)
     column = hydrostatic.uniform(1.0, 1500.0, depth)
     start = transfer.hand_over(source, bed, rules, column).start
     write_ground(tmp_path / "2_sph" / "target.json", depth=depth)

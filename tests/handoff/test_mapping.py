@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
-from handoff.transfer import carve, compare, correction, interpolation
+from handoff.transfer import carve, compare_clouds, correction, interpolation
 from handoff.transfer.mapping import Overlap, energy_share, locally_closed, neighbours_used
 
 
@@ -149,13 +149,13 @@ def test_local_sums_are_matched_smoothly():
 
 def test_mass_curve_difference():
     mass, speed = np.array([1.0, 2.0, 3.0, 4.0]), np.array([1.0, 2.0, 3.0, 4.0])
-    assert compare.mass_curve_difference(mass, speed, mass, speed, 1.5) == 0.0
-    assert compare.mass_curve_difference(mass, speed, mass[::-1], speed[::-1], 1.5) == 0.0
-    assert compare.mass_curve_difference(mass, speed, mass, np.array([1.0, 2.0, 3.0, 2.5]), 1.5) == pytest.approx(
-        4.0 / 9.0
-    )
-    assert compare.mass_curve_difference(mass, speed, mass, speed, 9.0) == 0.0
-    assert compare.mass_curve_difference(mass, speed, mass, speed * 10, 9.0) == np.inf
+    assert compare_clouds.mass_curve_difference(mass, speed, mass, speed, 1.5) == 0.0
+    assert compare_clouds.mass_curve_difference(mass, speed, mass[::-1], speed[::-1], 1.5) == 0.0
+    assert compare_clouds.mass_curve_difference(
+        mass, speed, mass, np.array([1.0, 2.0, 3.0, 2.5]), 1.5
+    ) == pytest.approx(4.0 / 9.0)
+    assert compare_clouds.mass_curve_difference(mass, speed, mass, speed, 9.0) == 0.0
+    assert compare_clouds.mass_curve_difference(mass, speed, mass, speed * 10, 9.0) == np.inf
 
 
 def test_neighbours_follow_the_resolution():

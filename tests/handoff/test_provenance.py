@@ -11,8 +11,8 @@ from fixtures.clouds import DEPTH
 from fixtures.flows import FIELDS, hemisphere
 from handoff.domains import domain
 from handoff.ledger_rows import account
-from handoff.source import surface
-from handoff.transfer import direct, provenance, transfer
+from handoff.source import cloud_surface
+from handoff.transfer import direct, grain_provenance, transfer
 from matter.case import shock_phases
 from matter.particles import ORIGINS
 
@@ -36,7 +36,7 @@ def marked():
 def handed(flat_bed, ground):
     source = marked()
     source["velocity"][:40] = [0.0, 0.0, 900.0]  # 40 particles of ejecta
-    made = transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+    made = transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)
     return source, made, account.ledger_of(made, source, flat_bed, ground, {})
 
 
@@ -87,7 +87,7 @@ def test_the_assignment_is_the_one_that_momentum_takes(flat_bed, ground):
     source = marked()
     source["velocity"] = np.column_stack([source.initial_position[:, 2], np.zeros((len(source), 2))])
     source["layer"] = np.zeros(len(source))
-    made = transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+    made = transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)
     kept = len(made.start) - len(made.ejecta.mass)
     before = made.start.velocity[:kept, 0] - made.mapped.change[:, 0]
     level = -made.start.first_depth[:kept].astype(float)
@@ -118,7 +118,7 @@ def test_through_the_cells_nothing_of_a_particle_is_lost(handed, flat_bed):
     """Before the masses of the grains are matched: what the cells took is what the particles hold, to rounding."""
     source, made, _ = handed
     region = domain.read(flat_bed.attributes)
-    values = provenance.of_particles(source, region)
+    values = grain_provenance.of_particles(source, region)
     held = source.mass[made.compact.places] * made.compact.share
     carving, kept = made.carving, np.flatnonzero(made.carving.stays)
     from scipy.spatial import cKDTree
@@ -128,7 +128,7 @@ def test_through_the_cells_nothing_of_a_particle_is_lost(handed, flat_bed):
     tree = cKDTree(source.position[made.compact.places])
     cells = mapping.Overlap(carving.samples, carving.receiver, tree.data, flat_bed.position, kept)
     near = tree.query(flat_bed.position[kept])[1]
-    took = provenance.taken(source, made.compact.places, held, cells, near, made.ejecta.source)
+    took = grain_provenance.taken(source, made.compact.places, held, cells, near, made.ejecta.source)
     seen = np.zeros(len(source), dtype=bool)
     seen[took.particle] = True
     inside = np.zeros(len(source))
@@ -153,7 +153,7 @@ def test_grains_of_the_direct_transition_are_told_the_same(handed, flat_bed, gro
 
 def test_a_cloud_that_knows_less_gives_less(flat_bed, ground):
     source = clouds.flat_source(2.5, ARC, DEPTH, hemisphere, FIELDS["translation"], density=1100.0)
-    made = transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+    made = transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)
     assert set(made.start) & set(ORIGINS) == {"projectile_fraction"}
     assert [
         r["name"] for r in account.ledger_of(made, source, flat_bed, ground, {}).rows if "origin" in r["name"]

@@ -11,7 +11,7 @@ import trimesh
 
 from handoff import stage
 from handoff.ledger import LIMITS
-from handoff.pages import report
+from handoff.pages import handoff_report
 from handoff.source import handoff_time
 from handoff.transfer import direct
 from matter.case import at_rest
@@ -74,7 +74,7 @@ def test_outputs(finished):
 
 def test_the_command_prints_the_table_and_its_exit_code(finished, capsys):
     folder, unsound = finished
-    code = report.print_ledger(folder)
+    code = handoff_report.print_ledger(folder)
     printed = capsys.readouterr().out
     assert code == (1 if unsound else 0)
     assert "momentum_angular_rel_after" in printed

@@ -6,7 +6,7 @@ import pytest
 from fixtures import clouds, flows
 from handoff.domains import domain
 from handoff.ledger_rows import account
-from handoff.source import hydrostatic, surface
+from handoff.source import cloud_surface, hydrostatic
 from handoff.transfer import transfer
 from matter.errors import InputError
 from matter.particles import Particles
@@ -65,15 +65,15 @@ def test_rules_of_ejecta(sphere_cloud, column):
     source.neighbours[top[3]] = 3
     source.density[top[4]] = 400.0
     source.velocity[top[4]] = 1.0 * up[top[4]]  # expanded, and leaves the ground
-    split, shape, _ = surface.classify(source, region, column, surface.Rules())
+    split, shape, _ = cloud_surface.classify(source, region, column, cloud_surface.Rules())
     assert height[top[0]] > 0.1 * clouds.HEADROOM
-    names = [surface.REASONS[code] for code in split.reason[np.r_[top, deep]]]
+    names = [cloud_surface.REASONS[code] for code in split.reason[np.r_[top, deep]]]
     assert names == ["high", "fast", "compact", "sparse", "expanded", "compact", "compact"]
     assert split.speed_limit == pytest.approx(limit)
-    assert np.all(split.reason[source.neighbours == 2] != surface.COMPACT)  # the curtain
+    assert np.all(split.reason[source.neighbours == 2] != cloud_surface.COMPACT)  # the curtain
     assert sum(split.counts().values()) == len(source)
-    given = surface.by_motion(source, region, column, surface.Rules(speed_limit=2.0 * limit))
-    assert surface.REASONS[given.reason[top[1]]] == "compact"
+    given = cloud_surface.by_motion(source, region, column, cloud_surface.Rules(speed_limit=2.0 * limit))
+    assert cloud_surface.REASONS[given.reason[top[1]]] == "compact"
     assert shape.component_volume.size == 1
 
 
@@ -81,12 +81,12 @@ def test_a_detached_block_is_ejecta(column):
     points = clouds.lattice((12.0, 12.0, 12.0), 1.0)
     points = np.concatenate([points[points[:, 2] < 0.0], clouds.lattice((2.0, 2.0, 2.0), 1.0) + [0.0, 0.0, 6.0]])
     source = clouds.source_of(points, np.ones(len(points)), np.zeros((len(points), 3)), 1000.0)
-    split, _, _ = surface.classify(
-        source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), surface.Rules()
+    split, _, _ = cloud_surface.classify(
+        source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), cloud_surface.Rules()
     )
     block = points[:, 2] > 2.0
-    assert np.all(split.reason[block] == surface.DETACHED)
-    assert np.mean(split.reason[~block] == surface.COMPACT) > 0.99
+    assert np.all(split.reason[block] == cloud_surface.DETACHED)
+    assert np.mean(split.reason[~block] == cloud_surface.COMPACT) > 0.99
 
 
 def changed(source: Particles, **fields) -> Particles:
@@ -106,7 +106,7 @@ def bed():
 
 
 def hand(source, bed, **rules):
-    return transfer.hand_over(source, bed, surface.Rules(**rules), hydrostatic.uniform(1.0, 1000.0, 20.0))
+    return transfer.hand_over(source, bed, cloud_surface.Rules(**rules), hydrostatic.uniform(1.0, 1000.0, 20.0))
 
 
 def test_inputs_that_cannot_be_handed_over(bowl, bed):
@@ -170,12 +170,12 @@ def test_reference_density_is_that_with_pores():
     """Basalt of distention 1.5 at its rest density is not expanded."""
     fields = {"position": np.zeros((2, 3)), "material": [0, 1], "density": [1800.0, 917.0], "distention": [1.5, 1.0]}
     source = Particles(fields, {"materials": ["basalt", "ice"]})
-    assert surface.reference_density(source) == pytest.approx([1800.0, 917.0])
+    assert cloud_surface.reference_density(source) == pytest.approx([1800.0, 917.0])
     plain = Particles(
         {name: value for name, value in fields.items() if name != "distention"},
         {"materials": ["basalt", "unheard_of"]},
     )
-    assert surface.reference_density(plain) == pytest.approx([2700.0, 0.0])
+    assert cloud_surface.reference_density(plain) == pytest.approx([2700.0, 0.0])
 
 
 def test_reference_density_is_the_one_that_the_shock_stage_computed_with():
@@ -184,7 +184,7 @@ def test_reference_density_is_the_one_that_the_shock_stage_computed_with():
         {"position": np.zeros((2, 3)), "material": np.array([0, 1]), "distention": np.array([1.4583, 1.0])},
         {"materials": ["basalt", "ice"], "reference_densities_kg_m3": [3500.0, 917.0]},
     )
-    assert surface.reference_density(source) == pytest.approx([2400.0, 917.0], rel=1e-4)
+    assert cloud_surface.reference_density(source) == pytest.approx([2400.0, 917.0], rel=1e-4)
 
 
 def test_solid_densities_are_of_the_source_where_it_knows_the_material():
@@ -192,7 +192,7 @@ def test_solid_densities_are_of_the_source_where_it_knows_the_material():
         {"position": np.zeros((1, 3)), "material": np.array([0])},
         {"materials": ["basalt"], "reference_densities_kg_m3": [3500.0]},
     )
-    assert surface.solid_densities(source, ["ice", "basalt", "unknown"]) == [917.0, 3500.0, 0.0]
+    assert cloud_surface.solid_densities(source, ["ice", "basalt", "unknown"]) == [917.0, 3500.0, 0.0]
 
 
 EXPANDED = 0.3
@@ -217,20 +217,20 @@ def lined_bowl(upward: float, height: float = 0.0) -> tuple[Particles, np.ndarra
 @pytest.mark.parametrize(
     ("upward", "height", "neighbours", "expected"),
     [
-        (-11.0, 0.0, 33, surface.COMPACT),  # sinks with the floor
-        (2.0, 0.0, 33, surface.EXPANDED),  # rises: a plume
-        (-11.0, 20.0, 33, surface.EXPANDED),  # falls from above the ground: in flight
-        (-11.0, 0.0, 3, surface.SPARSE),
-        (2.0, 0.0, 3, surface.SPARSE),
+        (-11.0, 0.0, 33, cloud_surface.COMPACT),  # sinks with the floor
+        (2.0, 0.0, 33, cloud_surface.EXPANDED),  # rises: a plume
+        (-11.0, 20.0, 33, cloud_surface.EXPANDED),  # falls from above the ground: in flight
+        (-11.0, 0.0, 3, cloud_surface.SPARSE),
+        (2.0, 0.0, 3, cloud_surface.SPARSE),
     ],
 )
 def test_expanded_matter_is_ejecta_where_it_leaves_the_ground(upward, height, neighbours, expected):
     source, lining = lined_bowl(upward, height)
     source["neighbours"] = np.where(lining, neighbours, 33)
     region = domain.Cylinder(clouds.ARC_FLAT, -clouds.DEPTH, 0.0, 9.0)
-    split = surface.by_motion(source, region, hydrostatic.uniform(1.0, 917.0, 20.0), surface.Rules())
+    split = cloud_surface.by_motion(source, region, hydrostatic.uniform(1.0, 917.0, 20.0), cloud_surface.Rules())
     assert np.all(split.reason[lining] == expected)
-    assert np.all(split.reason[~lining] == surface.COMPACT)
+    assert np.all(split.reason[~lining] == cloud_surface.COMPACT)
 
 
 def test_expanded_matter_of_the_floor_is_counted_at_half_its_density(flat_bed, ground):
@@ -238,16 +238,18 @@ def test_expanded_matter_of_the_floor_is_counted_at_half_its_density(flat_bed, g
     source, lining = lined_bowl(-11.0)
     deep = np.linalg.norm(source.position, axis=1) - clouds.CAVITY
     source["velocity"][~lining, 2] = -8.0 * np.exp(-deep[~lining] / 6.0)
-    handed = transfer.hand_over(source, flat_bed, surface.Rules(), ground)
+    handed = transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)
     assert np.all(handed.split.compact[lining]) and len(handed.ejecta.mass) == 0
     ratio = handed.start.radius / flat_bed.radius[handed.carving.stays]
-    assert ratio.min() == pytest.approx(surface.SPARSEST ** (1.0 / 3.0), rel=0.05)
-    assert np.all(ratio >= surface.SPARSEST ** (1.0 / 3.0) * (1.0 - 1e-12))
+    assert ratio.min() == pytest.approx(cloud_surface.SPARSEST ** (1.0 / 3.0), rel=0.05)
+    assert np.all(ratio >= cloud_surface.SPARSEST ** (1.0 / 3.0) * (1.0 - 1e-12))
     book = account.ledger_of(handed, source, flat_bed, ground, {})
     assert not book.failures
     inside = handed.compact.share * source.mass[handed.compact.places]
     own = source.density[handed.compact.places]
-    counted, whole = (float(np.sum(inside / np.maximum(own, least * 917.0))) for least in (surface.SPARSEST, 0.0))
+    counted, whole = (
+        float(np.sum(inside / np.maximum(own, least * 917.0))) for least in (cloud_surface.SPARSEST, 0.0)
+    )
     assert abs(handed.carving.volume.sum() - counted) < 0.3 * (whole - counted)
     assert abs(book["layer_volume_rel_ice"]["value"]) < 0.01
 
@@ -274,9 +276,9 @@ def test_units_are_told_by_the_mass_and_not_by_the_finest_particles():
             "material": np.zeros(2000),
         }
     )
-    surface.check(source)
+    cloud_surface.check(source)
     with pytest.raises(InputError, match="mixed units"):
-        surface.check(changed(source, density=1e-3 * source.density))
+        cloud_surface.check(changed(source, density=1e-3 * source.density))
 
 
 def test_any_field_that_is_not_finite_is_told(bowl, bed):

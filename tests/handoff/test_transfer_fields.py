@@ -9,7 +9,7 @@ import pytest
 
 from fixtures import flows
 from fixtures.flows import FIELDS, LINEAR, seats
-from handoff.transfer import compare, transfer
+from handoff.transfer import compare_clouds, transfer
 
 
 @pytest.fixture(scope="module")
@@ -168,14 +168,14 @@ def test_peculiar_motion_is_split_off(made_of):
     fields, rng = made.mapped.fields, np.random.default_rng(4)
     count = len(made.compact.places)
     noise = rng.normal(size=(count, 3))
-    noisy = compare.Fields(
+    noisy = compare_clouds.Fields(
         fields.samples,
         fields.mass_before,
         fields.mass_after,
         fields.velocity_before + noise[fields.samples.particle],
         fields.velocity_after,
     )
-    bulk, peculiar = compare.energy_split(noisy, made.carving.receiver)
+    bulk, peculiar = compare_clouds.energy_split(noisy, made.carving.receiver)
     inside = made.carving.receiver >= 0
     added = 0.5 * np.sum(fields.mass_before[inside] * np.sum(noise[fields.samples.particle[inside]] ** 2, axis=1))
     assert 0.1 * added < peculiar < added

@@ -5,7 +5,7 @@ import pytest
 
 from fixtures import clouds
 from handoff.domains import domain
-from handoff.source import cavity, hydrostatic, surface
+from handoff.source import cavity, cloud_surface, hydrostatic
 from matter.particles import Particles
 
 R, DEPTH, SPACING, HEADROOM = 10.0, 6.0, 1.2, 4.0
@@ -55,7 +55,7 @@ def test_ground_that_rises_at_half_the_limit_stays_and_a_curtain_goes(g):
     source["velocity"] = np.where(
         ground[:, None], [0.0, 0.0, 0.5 * flow], 1.2 * flow * (0.7 * outwards + [0.0, 0.0, 0.6])
     )
-    split = surface.by_motion(source, region, column, surface.Rules())
+    split = cloud_surface.by_motion(source, region, column, cloud_surface.Rules())
     assert split.speed_limit == pytest.approx(flow, rel=0.1)
     assert np.mean(split.compact[ground]) > 0.995
     assert np.mean(split.compact[~ground]) < 0.005
@@ -67,14 +67,20 @@ def test_under_weak_gravity_a_slow_curtain_goes_too():
     """A tenth of the limit lifts it far beyond the headroom: what is above the ground is in free flight."""
     source, ground, region, column, flow = shot(1.2e-4)
     source["velocity"] = np.tile([0.0, 0.0, 0.1 * flow], (len(source), 1))
-    split = surface.by_motion(source, region, column, surface.Rules())
-    assert np.all(split.reason[~ground] == surface.HIGH) and np.mean(split.compact[ground]) > 0.995
+    split = cloud_surface.by_motion(source, region, column, cloud_surface.Rules())
+    assert np.all(split.reason[~ground] == cloud_surface.HIGH) and np.mean(split.compact[ground]) > 0.995
     # with a limit of the case's own the ground stays, too
     assert (
-        np.mean(surface.by_motion(source, region, column, surface.Rules(speed_limit=0.2 * flow)).compact[ground])
+        np.mean(
+            cloud_surface.by_motion(source, region, column, cloud_surface.Rules(speed_limit=0.2 * flow)).compact[
+                ground
+            ]
+        )
         > 0.995
     )
-    assert not np.any(surface.by_motion(source, region, column, surface.Rules(speed_limit=0.05 * flow)).compact)
+    assert not np.any(
+        cloud_surface.by_motion(source, region, column, cloud_surface.Rules(speed_limit=0.05 * flow)).compact
+    )
 
 
 @pytest.mark.parametrize("g", GRAVITIES.values(), ids=GRAVITIES)
@@ -87,7 +93,9 @@ def test_matter_of_the_wall_that_outruns_the_flow_goes_from_below_the_datum(g):
         & (np.hypot(*source.position[:, :2].T) < 0.5 * R)
     )
     source["velocity"] = np.where(lining[:, None], [0.0, 0.0, 1.5 * flow], source.velocity)
-    assert np.all(surface.by_motion(source, region, column, surface.Rules()).reason[lining] == surface.FAST)
+    assert np.all(
+        cloud_surface.by_motion(source, region, column, cloud_surface.Rules()).reason[lining] == cloud_surface.FAST
+    )
 
 
 def test_late_under_strong_gravity_the_headroom_sets_the_limit():
@@ -95,10 +103,10 @@ def test_late_under_strong_gravity_the_headroom_sets_the_limit():
     cones of a round body."""
     source, _, region, column, _ = shot(9.81, share=5.0)
     reaches = np.sqrt(2.0 * 9.81 * HEADROOM)
-    assert surface.by_motion(source, region, column, surface.Rules()).speed_limit == pytest.approx(reaches)
+    assert cloud_surface.by_motion(source, region, column, cloud_surface.Rules()).speed_limit == pytest.approx(reaches)
     source.attributes["time"] = 0.0
-    assert surface.by_motion(
-        source, region, hydrostatic.uniform(1.2e-4, 1000.0, 20.0), surface.Rules()
+    assert cloud_surface.by_motion(
+        source, region, hydrostatic.uniform(1.2e-4, 1000.0, 20.0), cloud_surface.Rules()
     ).speed_limit == pytest.approx(np.sqrt(2.0 * 1.2e-4 * HEADROOM))
 
 
@@ -106,11 +114,11 @@ def test_without_a_cavity_the_spacing_takes_the_place_of_its_radius():
     source = clouds.flat_source(
         SPACING, 20.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.tile([0.0, 0.0, 0.004], (len(p), 1))
     )
-    split = surface.by_motion(
+    split = cloud_surface.by_motion(
         Particles(source, {**source.attributes, "time": 100.0}),
         domain.Cylinder(20.0, -12.0, 0.0, HEADROOM),
         hydrostatic.uniform(1e-6, 1e3, 20.0),
-        surface.Rules(),
+        cloud_surface.Rules(),
     )
     assert split.speed_limit == pytest.approx(SPACING / 100.0, rel=1e-6) and split.compact.mean() > 0.99
 

@@ -16,8 +16,8 @@ from fixtures import solids as solids_of
 from handoff import stage
 from handoff.domains import domain, turning, whole_body
 from handoff.ledger import Ledger
-from handoff.ledger_rows import whole_body as whole_rows
-from handoff.source import hydrostatic, surface, two_body
+from handoff.ledger_rows import whole_body_rows as whole_rows
+from handoff.source import cloud_surface, hydrostatic, two_body
 from handoff.transfer import control, correction, transfer
 from matter.case.body import Target
 from matter.constants import G
@@ -26,7 +26,7 @@ from matter.geometry.frame import Sphere
 from matter.geometry.rotation import rotation
 from matter.particles import Particles
 from matter.solids import solid as solids
-from matter.solids.datum import Datum
+from matter.solids.body_datum import Datum
 
 AXES, PERIOD, DENSITY, TIME = (160.0, 140.0, 100.0), 5.0 * 3600.0, 2000.0, 40.0
 SPACING, GRAIN = 7.0, 5.0
@@ -135,7 +135,7 @@ def handed(grains):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(transfer, "hand_over", lambda *given: made.append(hand_over(*given)) or made[-1])
         start, ledger = stage.hand_over(
-            cloud, grains, surface.Rules(speed_limit=5.0), column(), target=BODY, until=2.0 * 3600.0
+            cloud, grains, cloud_surface.Rules(speed_limit=5.0), column(), target=BODY, until=2.0 * 3600.0
         )
     return cloud, start, ledger, made[0]
 
@@ -212,7 +212,7 @@ def test_the_hollow_is_carved_where_it_is(handed, grains):
 @pytest.mark.validation
 def test_a_body_that_nothing_hit_goes_on_turning(grains):
     cloud = source(dug=False, moving=False)
-    start, ledger = stage.hand_over(cloud, grains, surface.Rules(crater="any"), column(), target=BODY)
+    start, ledger = stage.hand_over(cloud, grains, cloud_surface.Rules(crater="any"), column(), target=BODY)
     assert len(start) == len(grains) and (start.state == 0).all()
     extra = start.velocity - np.cross(OMEGA, start.position)
     # particles and grains are centred and spread a little otherwise, so the same momenta are another rigid motion
@@ -249,7 +249,7 @@ def test_what_flies_is_a_grain_only_where_it_comes_back_in_time(grains):
     cloud = source(dug=False, moving=False, thrown=thrown)
     region = domain.read(grains.attributes, BODY)
     made = transfer.hand_over(
-        turning.to_bed(cloud, region), grains, surface.Rules(crater="any"), column(), region, 2.0 * 3600.0
+        turning.to_bed(cloud, region), grains, cloud_surface.Rules(crater="any"), column(), region, 2.0 * 3600.0
     )
     fates = made.ejecta.fate[np.searchsorted(made.ejecta.source, np.arange(len(cloud) - 4, len(cloud)))]
     names = [two_body.FATES[code] for code in fates]

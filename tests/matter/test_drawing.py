@@ -28,7 +28,7 @@ try:
     run_case()
 except SystemExit as end:
     assert end.code == 2, end.code
-from sph.shock_states import figure
+from sph.shock_states import law_figure as figure
 sys.exit(figure.command("eos", "x", ("tillotson",), None, ["tillotson", "basalt"]))
 """
 

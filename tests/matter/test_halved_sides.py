@@ -9,7 +9,7 @@ import trimesh
 
 from fixtures import grain_bodies as bodies
 from matter.solids import halved_sides
-from matter.solids.shape import Shape, enclosed
+from matter.solids.body_shape import Shape, enclosed
 
 AXES = (200.0, 150.0, 110.0)
 

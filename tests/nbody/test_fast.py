@@ -5,9 +5,9 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.optimize import minimize_scalar
 
-from nbody.census import census, soundness
+from nbody.census import census, integration_soundness
 from nbody.integrators import fast, launched
-from nbody.masses.flight import field
+from nbody.masses.test_particle import field
 from nbody.population import conditions, encounters
 
 POPULATION = conditions.population("literal")
@@ -71,9 +71,9 @@ def test_events_come_in_order_and_lie_where_they_should(flights):
 
 
 def test_jacobi_constant():
-    drift = soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64)
+    drift = integration_soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64)
     assert drift["maximum"] < 1e-7
-    loose = soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64, tolerance=1e-5)
+    loose = integration_soundness.jacobi_drift(census.jovian("callisto"), POPULATION, 2, count=64, tolerance=1e-5)
     assert loose["maximum"] > 10.0 * drift["maximum"]
 
 

@@ -12,7 +12,7 @@ from nbody.census import census, moon_mode
 from nbody.integrators import fast, tube
 from nbody.masses import system
 from nbody.population import conditions, encounters
-from nbody.results import analytic, tables
+from nbody.results import analytic, census_tables
 from studies import encounter_claims
 from studies.winter_2017.score import Evidence
 
@@ -27,12 +27,12 @@ def test_limits_as_printed_and_in_quadrature():
 
 def test_beam_model_gives_table_7():
     """One width explains the mean angle in all bands of latitude: no n-body needed (+-1 deg below 60, +-3 above)."""
-    angle, share = analytic.beam_angles(np.radians(tables.BANDS))
+    angle, share = analytic.beam_angles(np.radians(census_tables.BANDS))
     published = np.array([39.27, 42.18, 46.31, 53.38, 56.81, 59.4])
     assert (np.abs(np.degrees(angle) - published) < [1, 1, 1, 1.1, 3, 3]).all()
     assert share.sum() == pytest.approx(1.0)
     wide, _ = analytic.beam_angles(
-        np.radians(tables.BANDS), sigma=100.0 * math.pi
+        np.radians(census_tables.BANDS), sigma=100.0 * math.pi
     )  # uniform elevation: more beams from the poles
     assert np.degrees(wide)[0] > 45.0
 
@@ -60,9 +60,9 @@ def isotropic():
 def test_isotropic_arrivals_have_the_analytic_speed_and_asymmetry(isotropic, moon):
     jovian, table = isotropic
     mean, ratio = analytic.isotropic_encounters(system.load(moon), conditions.ISOTROPIC_SPEED)
-    found = tables.classes(table, jovian.moon(moon))["mean"]
+    found = census_tables.classes(table, jovian.moon(moon))["mean"]
     assert found.value == pytest.approx(mean, abs=4.0 * found.standard_error) and found.standard_error < 0.02 * mean
-    side = tables.asymmetry(table, jovian.moon(moon))["all"]
+    side = census_tables.asymmetry(table, jovian.moon(moon))["all"]
     assert side.value == pytest.approx(ratio, abs=4.0 * side.standard_error) and side.standard_error < 0.15 * ratio
 
 
@@ -127,7 +127,7 @@ def test_census_leaves_tables_and_pictures(tmp_path, capsys):
     printed = capsys.readouterr().out.splitlines()
     assert printed[0] == str(tmp_path) and "callisto" in printed[-1]
     table, _ = encounters.read(tmp_path / "encounters.h5")
-    hit = tables.hits(table, 1)
+    hit = census_tables.hits(table, 1)
     with (tmp_path / "table_05_subsets.csv").open() as file:
         row = next(line for line in csv.DictReader(file) if line["moon"] == "callisto")
     assert float(row["prograde"]) + float(row["retrograde"]) == pytest.approx(hit["weight"].sum(), rel=1e-4)
@@ -154,7 +154,7 @@ def test_population_from_a_file_is_the_isotropic_one_at_its_elevations(tmp_path)
     assert len(jovian.moons) == 3
     flights = tube.run(jovian, lot, population.duration, 1)
     made = moon_mode.collide(flights.table, jovian, 1, 0, focused=True)
-    assert (tables.hits(made, jovian.moon("io"))["speed"] > 0).any()
+    assert (census_tables.hits(made, jovian.moon("io"))["speed"] > 0).any()
 
 
 def test_bad_requests_have_one_clear_message(tmp_path):

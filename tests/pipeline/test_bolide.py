@@ -156,16 +156,16 @@ def test_what_is_known_without_a_run():
         angle_from_vertical="40 deg",
     )
     table = bolide.scaling(**shot)
-    from crater.scaling import laws
+    from crater.scaling import crater_size
 
     rho = bolide.materials["ice"]["tillotson"]["rho0"]
-    event = laws.ImpactEvent(53.9e3, 18234.0, np.radians(40.0), 1.236, rho, rho)
-    assert table.loc["zahnle_2003", "diameter_m"] == pytest.approx(laws.zahnle_2003(event))
+    event = crater_size.ImpactEvent(53.9e3, 18234.0, np.radians(40.0), 1.236, rho, rho)
+    assert table.loc["zahnle_2003", "diameter_m"] == pytest.approx(crater_size.zahnle_2003(event))
     assert len(bolide.scaling(**shot, ground="sand")) == 3 < len(table)
     porous = bolide.materials["pumice"]["tillotson"]["rho0"] / bolide.materials["pumice"]["p_alpha"]["alpha0"]
-    event = laws.ImpactEvent(53.9e3, 18234.0, np.radians(40.0), 1.236, rho, porous)
+    event = crater_size.ImpactEvent(53.9e3, 18234.0, np.radians(40.0), 1.236, rho, porous)
     loose = bolide.scaling(**{**shot, "target": "pumice"})
-    assert loose.loc["zahnle_2003", "diameter_m"] == pytest.approx(laws.zahnle_2003(event))
+    assert loose.loc["zahnle_2003", "diameter_m"] == pytest.approx(crater_size.zahnle_2003(event))
     for wrong in ({"speed": "3 km"}, {"ground": "cheese"}, {"target": "cheese"}):
         with pytest.raises(bolide.InputError):
             bolide.scaling(**{**shot, **wrong})

@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from crater.scaling import laws as scaling
+from crater.scaling import crater_size as scaling
 from matter.case.body import Impact, Target
 from pipeline.case import expected_crater
 from sph.materials.rows import collect

@@ -15,7 +15,7 @@ from pipeline.case import keys
 from pipeline.case import read as cases
 from pipeline.commands import command
 from pipeline.running.request import Request, settings_of
-from sph import prediction
+from sph import cost_prediction
 from sph.bodies import projectile
 from tests.pipeline import warm
 
@@ -133,7 +133,7 @@ def test_many_layers_are_put_together_from_files_that_are_read_once(tmp_path, mo
     read, loads = [], material.tomllib.loads
     monkeypatch.setattr(material.tomllib, "loads", lambda text: read.append(text) or loads(text))
     settings = settings_of(Request(cases.read(tmp_path / "mine.toml"), tmp_path))
-    prediction.predict(settings["sph"])
+    cost_prediction.predict(settings["sph"])
     files = [text for text in read if "[tillotson]" in text or "[elastic]" in text]
     assert len(files) == len(set(files))
 

@@ -139,7 +139,7 @@ def test_laws_of_a_material_are_chosen_by_the_case(tmp_path):
 
 def test_progress_goes_by_steps_not_by_time():
     """Of the shot into Ryugu a quarter of the steps or more lies in the first 15 ms of 6 s."""
-    from sph import prediction as cost
+    from sph import cost_prediction as cost
 
     settings = compose(cases.read(ROOT / "cases" / "sci_ryugu"))["sph"]
     work, (relax, impact) = cost.work(settings), cost.steps(settings)
@@ -162,7 +162,7 @@ def test_progress_goes_by_steps_not_by_time():
 def test_a_ball_of_one_particle_in_each_quarter_sets_the_step_where_it_is_held(options, found, within):
     """Steps that the shot into Ryugu took before the late stage: with supports of 2.6 spacings of its own the ball
     reaches the ground's particles, with those of 2 it does not."""
-    from sph import prediction as cost
+    from sph import cost_prediction as cost
 
     settings = compose(cases.read(ROOT / "cases" / "sci_ryugu", None, options))["sph"]
     assert cost.work(settings)(settings.late.at) == pytest.approx(found, rel=within)
@@ -170,7 +170,7 @@ def test_a_ball_of_one_particle_in_each_quarter_sets_the_step_where_it_is_held(o
 
 def test_late_steps_are_predicted():
     """Steps that the preset quick of the shot into Ryugu took after the switch, and in all."""
-    from sph import prediction as cost
+    from sph import cost_prediction as cost
 
     settings = compose(cases.read(ROOT / "cases" / "sci_ryugu", "quick"))["sph"]
     whole = cost.steps(settings)[1]

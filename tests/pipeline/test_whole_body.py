@@ -14,10 +14,10 @@ import trimesh
 from dem import stage as collapse
 from handoff import stage as handing
 from handoff.domains import domain
-from handoff.source import surface
+from handoff.source import cloud_surface
 from matter.files import snapshot
 from matter.geometry.rotation import rotation
-from matter.solids.datum import Datum
+from matter.solids.body_datum import Datum
 from pipeline import cli
 from pipeline.case import read as cases
 from pipeline.settings import compose
@@ -129,7 +129,7 @@ def test_the_list_and_the_start_hold_all_matter_of_the_snapshot(run):
 
 @pytest.mark.validation
 def test_the_surface_is_left_and_the_grains_lie_in_it(run):
-    from handoff.pages import report
+    from handoff.pages import handoff_report as report
 
     files = report.gather(run, run / "4_handoff", json.loads((run / "4_handoff" / "handoff.json").read_text()))
     kept = files["start"].identity < files["start"].attributes["bed_grains"]
@@ -166,7 +166,7 @@ def test_a_turning_body_that_nothing_hit_stays_as_it_is_in_the_grains(run, tmp_p
     body.attributes["time"] = 12.0
     bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
     column = handing.column_for(run, domain.read(bed.attributes, target))
-    start, ledger = handing.hand_over(body, bed, surface.Rules(crater="any"), column, target=target)
+    start, ledger = handing.hand_over(body, bed, cloud_surface.Rules(crater="any"), column, target=target)
     # rows that count against a flow have none to count against
     for name in ("whole_mass_rel", "whole_momentum_rel", "whole_angular_momentum_rel", "mass_raw_rel"):
         assert ledger[name]["verdict"] == "pass"

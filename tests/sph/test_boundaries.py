@@ -14,7 +14,7 @@ from matter.errors import InputError
 from matter.geometry import neighbours
 from pipeline.case import bibliography
 from sph import stage as shock
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.boundary import dispatch
 from sph.boundary.edge import LAYERS, Edge

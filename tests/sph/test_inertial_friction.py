@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from fixtures import slopes
 from matter.errors import InputError
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.stepping import state

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.stepping import state

@@ -10,8 +10,8 @@ from pydantic import ValidationError
 from fixtures import columns
 from matter.case.body import Impact, Layer, Projectile, Target
 from matter.files import snapshot
-from sph import prediction, stage
-from sph.bodies.cloud import Cloud
+from sph import cost_prediction, stage
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
@@ -157,10 +157,10 @@ def test_a_gas_and_softer_matter_keep_their_moduli():
 def test_the_prediction_knows_the_longer_steps():
     """Those of the finest particles, here the ball's, by the late sound speed, its shear wave and alpha."""
     chosen, short = settings("1 ms", end_time=0.3), settings("1 ms", end_time=0.010)
-    finest = (4.0 / 3.0 * math.pi * 0.012**3 / prediction.projectile_particles(chosen)) ** (1.0 / 3.0)
+    finest = (4.0 / 3.0 * math.pi * 0.012**3 / cost_prediction.projectile_particles(chosen)) ** (1.0 / 3.0)
     wave = 100.0 * math.sqrt(1.0 + 4.0 / 3.0 * 22.7 / 26.7)
     step = chosen.courant * 0.5 * chosen.support * finest / ((1.0 + 0.6 * 0.1) * wave)
-    assert prediction.steps(chosen)[1] - prediction.steps(short)[1] == pytest.approx(0.29 / step, rel=1e-6)
+    assert cost_prediction.steps(chosen)[1] - cost_prediction.steps(short)[1] == pytest.approx(0.29 / step, rel=1e-6)
     assert stage.predict(settings(None, end_time=0.3))["wall_s"] > 50.0 * stage.predict(chosen)["wall_s"]
 
 
@@ -169,9 +169,9 @@ def test_still_longer_steps_are_predicted_too():
     slower = {"at": "1 ms", "sound_speed": "100 m/s", "slower": [{"at": "10 ms", "sound_speed": "10 m/s"}]}
     whole, slow = settings("1 ms", end_time=0.3), settings(None, late=slower, end_time=0.3)
     short = settings("1 ms", end_time=0.010)
-    begun, total = prediction.steps(short)[1], prediction.steps(slow)[1]
-    assert total - begun == pytest.approx(0.1 * (prediction.steps(whole)[1] - begun), rel=1e-9)
-    done = prediction.work(slow)
+    begun, total = cost_prediction.steps(short)[1], cost_prediction.steps(slow)[1]
+    assert total - begun == pytest.approx(0.1 * (cost_prediction.steps(whole)[1] - begun), rel=1e-9)
+    done = cost_prediction.work(slow)
     assert done(0.01) == pytest.approx(begun, rel=1e-9) and done(0.3) == pytest.approx(total, rel=1e-9)
 
 
@@ -255,8 +255,8 @@ def test_the_crater_does_not_depend_on_a_lower_sound_speed_later_on(tmp_path):
         assert report["drift_over_projectile"]["energy_J"] < 0.01 and len(report["late_slower"]) == len(parts)
         radii.append(crater_radius(folder))
         steps.append(report["steps"] - report["late"]["steps_before"])
-        begun = prediction.steps(settings("1 ms", end_time=0.001 + 1e-9))[1]
-        assert 0.6 < steps[-1] / (prediction.steps(chosen)[1] - begun) < 1.1
+        begun = cost_prediction.steps(settings("1 ms", end_time=0.001 + 1e-9))[1]
+        assert 0.6 < steps[-1] / (cost_prediction.steps(chosen)[1] - begun) < 1.1
     assert radii[0] == pytest.approx(radii[1], rel=0.05) and steps[1] < 0.67 * steps[0]
 
 

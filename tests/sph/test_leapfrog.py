@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fixtures import columns
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from sph.bodies import seeding
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.materials.settings import Choice

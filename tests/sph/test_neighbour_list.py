@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from sph.bodies.cloud import Cloud, Neighbourhood
+from sph.bodies.particle_cloud import Cloud, Neighbourhood
 from sph.bodies.target import Body
 
 DT = 1.0

@@ -6,7 +6,7 @@ import pytest
 
 from matter.case.body import Impact, Target
 from pipeline.case import keys
-from sph import prediction
+from sph import cost_prediction
 from sph.settings import Settings
 from sph.stepping.numerics import SETS, Numerics
 
@@ -55,9 +55,9 @@ def test_the_prediction_knows_what_a_set_costs():
         Settings(target=target, impact=Impact.model_validate(ball), numerics=name, **size)
         for name in ("monaghan", "reconstructed")
     )
-    assert prediction.per_step(new) / prediction.per_step(former) == pytest.approx(3.5, rel=0.02)
-    assert prediction.steps(new)[1] == pytest.approx(862, rel=0.25)
-    assert prediction.step(new) / prediction.step(former) == pytest.approx(1.53, rel=0.01)
+    assert cost_prediction.per_step(new) / cost_prediction.per_step(former) == pytest.approx(3.5, rel=0.02)
+    assert cost_prediction.steps(new)[1] == pytest.approx(862, rel=0.25)
+    assert cost_prediction.step(new) / cost_prediction.step(former) == pytest.approx(1.53, rel=0.01)
 
 
 @pytest.mark.parametrize("name", SETS)

@@ -7,7 +7,7 @@ import pytest
 from pydantic import ValidationError
 
 from matter.case.body import Impact, Layer, Part, Projectile, Target
-from sph import prediction
+from sph import cost_prediction
 from sph.bodies import projectile
 from sph.materials import rows as materials
 from sph.planning import ground_strength
@@ -86,17 +86,17 @@ def test_one_part_without_a_size_is_the_ball():
 def test_the_check_counts_particles_of_parts_and_knows_their_step():
     common = {"target": FLAT, "spacing_at_impact": 0.5, "contact_refinement": 1.0, "spacing_far": 4.0}
     parts, ball = (Settings(**common, impact=impact(chosen)) for chosen in (PARTS, ()))
-    assert prediction.projectile_particles(parts) == 80 + 170
-    assert prediction.projectile_particles(ball) == 1
+    assert cost_prediction.projectile_particles(parts) == 80 + 170
+    assert cost_prediction.projectile_particles(ball) == 1
     rows = parts.chosen_materials()
     rock, metal = (ground_strength.ground(rows, name, 1.0, True).wave for name in ("basalt", "aluminum"))
-    assert prediction.step(parts) / prediction.step(ball) == pytest.approx(
+    assert cost_prediction.step(parts) / cost_prediction.step(ball) == pytest.approx(
         rock / metal, rel=1e-9
     )  # cells as wide as the ground's
     drop = impact((Part(share=0.99), Part(share=0.01)))  # a ball of its own, of 13 cm
-    small = prediction.step(Settings(**common, impact=drop))
+    small = cost_prediction.step(Settings(**common, impact=drop))
     own = (0.01 * ball.impact.projectile.volume) ** (1.0 / 3.0)
-    assert small / prediction.step(ball) == pytest.approx(own / 0.5 * rock / metal, rel=1e-9)
+    assert small / cost_prediction.step(ball) == pytest.approx(own / 0.5 * rock / metal, rel=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from matter.geometry import neighbours
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.kernels import cubic_spline
 from sph.kernels.dispatch import FAMILY as KERNELS
 from sph.materials.rows import collect

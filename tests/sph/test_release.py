@@ -11,19 +11,19 @@ from matter.formats import sesame
 from sph.eos import table
 from sph.materials import rows
 from sph.materials.settings import Choice
-from sph.shock_states import release, release_phases
+from sph.shock_states import isentropic_release, release_phases
 
 SHIPPED = {
     "quartz": table.EXAMPLE,
     "dunite": table.Parameters(3320.0, str(TABLES / "dunite.txt.xz"), 298.0),
 }
-BAR = release.BAR
+BAR = isentropic_release.BAR
 
 
 @pytest.fixture(scope="module", params=SHIPPED)
 def shipped(request):
     p = SHIPPED[request.param]
-    return p, sesame.read(p.file), release.boiling(sesame.read(p.file))
+    return p, sesame.read(p.file), isentropic_release.boiling(sesame.read(p.file))
 
 
 def test_liquid_and_gas_lie_on_the_line_of_the_mixtures_between_them(shipped):
@@ -73,8 +73,8 @@ def isentropes_energy(row, rho, s) -> float:
 def test_the_shock_that_just_boils_releases_to_one_bar_as_liquid_at_its_boiling_point(shipped):
     """The closed loop: up the Hugoniot to the pressure found, down the isentrope by dP alone (no entropy is read)."""
     p, _, known = shipped
-    critical = release.entropies(p.file, 1800.0)
-    shocks = release.shocks_of(p, critical)
+    critical = isentropic_release.entropies(p.file, 1800.0)
+    shocks = isentropic_release.shocks_of(p, critical)
     assert shocks["shock_melting_begins_Pa"] < shocks["shock_boiling_begins_Pa"] < shocks["shock_vapour_Pa"]
     row = table.row(p)
     u, rho = hugoniot_state(p, row, shocks["shock_boiling_begins_Pa"])
@@ -100,12 +100,14 @@ def hugoniot_state(p, row, pressure):
 
 def test_the_isobar_gives_the_entropy_at_a_melting_temperature(shipped):
     p, nodes, known = shipped
-    isobar = release.dense(nodes)
+    isobar = isentropic_release.dense(nodes)
     assert (np.diff(isobar.s) > 0.0).all() and isobar.T[-1] < known.temperature
     k = len(isobar.T) // 2
-    assert release.entropies(p.file, float(isobar.T[k]))["melting_begins"] == pytest.approx(isobar.s[k], rel=1e-12)
-    assert "melting_begins" not in release.entropies(p.file, float("inf"))
-    assert "melting_begins" not in release.entropies(p.file, 2.0 * known.temperature)
+    assert isentropic_release.entropies(p.file, float(isobar.T[k]))["melting_begins"] == pytest.approx(
+        isobar.s[k], rel=1e-12
+    )
+    assert "melting_begins" not in isentropic_release.entropies(p.file, float("inf"))
+    assert "melting_begins" not in isentropic_release.entropies(p.file, 2.0 * known.temperature)
 
 
 def test_a_table_that_holds_no_boiling_point_says_none():
@@ -113,7 +115,7 @@ def test_a_table_that_holds_no_boiling_point_says_none():
     rho, T = np.geomspace(1e-3, 1e3, 60), np.geomspace(100.0, 1e4, 40)
     P = rho[:, None] * 287.0 * T[None]
     s = 717.0 * np.log(T)[None] - 287.0 * np.log(rho)[:, None]
-    assert release.boiling(sesame.Table(rho, T, 717.0 * T[None] + 0.0 * P, P, P, s)) is None
+    assert isentropic_release.boiling(sesame.Table(rho, T, 717.0 * T[None] + 0.0 * P, P, P, s)) is None
 
 
 def test_snapshots_carry_it_for_tables_and_melting_temperatures_alone():

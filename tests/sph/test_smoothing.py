@@ -9,7 +9,7 @@ from fixtures import columns
 from matter.case.body import Impact, Layer, Projectile, Target
 from matter.files import checkpoint, snapshot
 from sph import stage
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.pairs import smoothing

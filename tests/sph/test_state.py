@@ -7,7 +7,7 @@ import pytest
 
 from matter.case import material
 from matter.errors import InputError
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.damage import growth, growth_linear
 from sph.materials.rows import collect
 from sph.materials.settings import Choice

@@ -5,7 +5,7 @@ import pytest
 
 from matter import progress
 from sph.bodies import seeding
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.damage import grady_kipp
 from sph.materials.rows import collect

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from matter.case.body import Impact, Layer, Projectile, Target
-from sph import prediction
+from sph import cost_prediction
 from sph.bodies import projectile, target
 from sph.materials import rows as materials
 from sph.planning import resolution
@@ -128,7 +128,7 @@ def test_a_projectile_has_the_particles_that_the_check_promises(wanted, symmetry
         body = projectile.build(
             chosen.target, impact, chosen.projectile_spacing, 0.0, radius, chosen.chosen_materials(), 2.0, symmetry
         )
-        assert prediction.projectile_particles(chosen) == copies * len(body.mass)
+        assert cost_prediction.projectile_particles(chosen) == copies * len(body.mass)
         assert copies * body.mass.sum() == pytest.approx(8900.0 * ball.volume, rel=1e-12)
         assert (
             len(body.mass) == 1
@@ -143,7 +143,7 @@ def test_a_fine_projectile_shortens_the_step_that_is_predicted(wanted, shorter):
     ball = Projectile(material="copper", radius=0.0376)
     impact = Impact(speed=2e3, angle_from_vertical=0.0, projectile=ball, expected_transient_diameter=14.5)
     steps = [
-        prediction.step(
+        cost_prediction.step(
             Settings(
                 target=Target(layers=(Layer(name="soil", material="basalt", thickness=22.0),), shape="half_sphere"),
                 impact=impact,

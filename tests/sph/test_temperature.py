@@ -9,7 +9,7 @@ import pytest
 
 from fixtures import tables
 from matter.errors import InputError
-from sph.bodies.cloud import Cloud
+from sph.bodies.particle_cloud import Cloud
 from sph.eos import dispatch, murnaghan, table, tillotson
 from sph.materials import temperature
 from sph.materials.rows import collect

@@ -11,13 +11,13 @@ from typing import Any
 import numpy as np
 
 from dem.beds import settling
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.solid_body import SolidBody
-from dem.beds.whole_body import Standing, WholeBody
-from dem.collapse import flight, flight_collisions, ground_fraction, whole_body
+from dem.beds.whole_body_bed import Standing, WholeBody
+from dem.collapse import flight, flight_collisions, ground_fraction, whole_body_collapse
 from dem.collapse.balance import Balance, handed_energy
 from dem.collapse.origins import Origins
 from dem.collapse.stillness import Stillness, surface_profile
@@ -102,7 +102,7 @@ class Collapse:
             raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
         self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
         self.standing = Standing(start) if frame == "solid" else None
-        self.domain = whole_body.with_hill_sphere(self.domain, body)
+        self.domain = whole_body_collapse.with_hill_sphere(self.domain, body)
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
         self.springs = stiffening.springs_for(
@@ -113,7 +113,7 @@ class Collapse:
             start, settings.contact, self.domain.walls(), body.gravity(), dt=dt,
             threads=settling.threads_for(len(start)), skin=0.3,
             extras=Extras(
-                stiffer or settings.stiffness == "following", *whole_body.forces(body, settings)
+                stiffer or settings.stiffness == "following", *whole_body_collapse.forces(body, settings)
             ),
         )  # fmt: skip
         self.springs_energy = (self.bed.elastic, self.bed.elastic)
@@ -134,7 +134,7 @@ class Collapse:
         self.due = Due(*3 * (self.bed.start_time,))
         self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
         self.worst_overlap = 0.0
-        self.begun = whole_body.leaving_of(self.bed, self.standing, self.carried.get("shot"))
+        self.begun = whole_body_collapse.leaving_of(self.bed, self.standing, self.carried.get("shot"))
 
     # -- time
 
@@ -304,7 +304,7 @@ class Collapse:
             },
             "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
-            **whole_body.report(bed, self.standing, self.carried.get("shot"), self.begun),
+            **whole_body_collapse.report(bed, self.standing, self.carried.get("shot"), self.begun),
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},

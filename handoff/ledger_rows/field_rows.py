@@ -9,7 +9,7 @@ from handoff.domains import domain
 from handoff.ledger import Ledger
 from handoff.source import free_flight, grain_size
 from handoff.source.hydrostatic import Column
-from handoff.transfer import compare
+from handoff.transfer import compare_clouds
 from handoff.transfer.handed import Handoff
 from matter.particles import Particles
 from matter.wording import readable
@@ -23,10 +23,10 @@ def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
 def comparison_cells(handoff: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells of the field comparison for the sample points, and their sizes [m]."""
     support = support_of(source, handoff.split.spacing)[handoff.compact.places][handoff.carving.samples.particle]
-    return compare.cells(handoff.mapped.fields, support, 3.0 * radius)
+    return compare_clouds.cells(handoff.mapped.fields, support, 3.0 * radius)
 
 
-def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> compare.Fields:
+def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> compare_clouds.Fields:
     """Both clouds on the sample points with the corrected masses and velocities, against the ground at rest."""
     kept = np.flatnonzero(handoff.carving.stays)
     compact, region = handoff.compact, handoff.region
@@ -36,7 +36,7 @@ def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> com
         handoff.mapped.own_gradient,
     )
     start, count = handoff.start, len(kept)
-    return compare.fields_of(
+    return compare_clouds.fields_of(
         bed,
         kept,
         handoff.carving.samples,
@@ -55,14 +55,14 @@ def enter(
     radius = grain_size.at_impact(bed)
     number, size = comparison_cells(handoff, source, radius)
     fields = corrected_fields(handoff, source, bed)
-    difference = compare.field_difference(fields, number, size)
+    difference = compare_clouds.field_difference(fields, number, size)
     note = f"{len(difference.mass)} cells of {readable.length(size.min())} to {readable.length(size.max())}"
     ledger.measure("velocity_field_L2", difference.l2, note)
     ledger.measure("velocity_direction_deg_mean", difference.direction_deg, note)
-    local = compare.local_momentum(handoff.mapped.fields, region)
+    local = compare_clouds.local_momentum(handoff.mapped.fields, region)
     worst = max(local, key=lambda row: row[1], default=("none: nothing moves", 0.0, 0.0))
     ledger.measure("momentum_local_rel", worst[1], f"worst: {worst[0]}, which holds {worst[2]:.1%} of sum m|v|")
-    left = max((row[1] for row in compare.local_momentum(fields, region)), default=0.0)
+    left = max((row[1] for row in compare_clouds.local_momentum(fields, region)), default=0.0)
     largest = float(np.linalg.norm(handoff.mapped.regional, axis=1).max())
     ledger.state(
         "momentum_local_after_rel",
@@ -70,7 +70,7 @@ def enter(
         "1",
         f"the same after the correction; regional part of it: at most {largest:.4g} m/s",
     )
-    bulk, peculiar = compare.energy_split(handoff.mapped.fields, handoff.carving.receiver)
+    bulk, peculiar = compare_clouds.energy_split(handoff.mapped.fields, handoff.carving.receiver)
     ledger.state(
         "kinetic_energy_bulk", bulk, "J", "of the source's compact matter, averaged over the cells of single grains"
     )
@@ -80,7 +80,7 @@ def enter(
         "J",
         f"below the size of a grain, which grains cannot take over: {_share(peculiar, bulk + peculiar)}",
     )
-    density = compare.density_difference(fields, radius)
+    density = compare_clouds.density_difference(fields, radius)
     if np.isfinite(density):
         ledger.measure("bulk_density_rel", density)
     else:
@@ -99,7 +99,7 @@ def enter(
     after = flying_mass(place, handoff.start.velocity, handoff.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",
-        compare.mass_curve_difference(
+        compare_clouds.mass_curve_difference(
             np.r_[before[0], inside[0]], np.r_[before[1], inside[1]], *after, above=handoff.split.speed_limit
         ),
         f"rising matter above {handoff.split.speed_limit:.4g} m/s that free flight brings above the datum; grains "

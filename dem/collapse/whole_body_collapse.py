@@ -1,7 +1,7 @@
 """What a run of grains that are a whole body takes besides: their own pull, the companion's tide, how the body turns.
 
 The run is in the inertial frame that falls with the body's centre of mass (``dem.grains.turning_frame``); profiles are
-looked at where the body rests (``dem.beds.whole_body.Standing``).
+looked at where the body rests (``dem.beds.whole_body_bed.Standing``).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
-from dem.beds.whole_body import Standing, WholeBody
+from dem.beds.whole_body_bed import Standing, WholeBody
 from dem.collapse import leaving
 from dem.grains import held_pull
 from dem.grains.assembly import Assembly

@@ -11,9 +11,9 @@ from handoff.domains import domain
 from handoff.domains.whole_body import WholeBody
 from handoff.ledger import LIMITS, SCATTER, Ledger, height_scatter, volume_limit, volume_scatter
 from handoff.source import grain_size
+from handoff.source.cloud_surface import Rules
 from handoff.source.offset import by_one_factor
-from handoff.source.surface import Rules
-from handoff.transfer import carve, compare
+from handoff.transfer import carve, compare_clouds
 from handoff.transfer.handed import Handoff
 from matter.errors import InputError
 from matter.geometry.alpha_shape import alpha_shape
@@ -69,7 +69,7 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
     wider |= isinstance(region, WholeBody)
     try:
         mesh = grain_surface(handoff, bed, chosen, wider)
-        there, back = compare.surface_distance(handoff.carving.solid.mesh, mesh, chosen)
+        there, back = compare_clouds.surface_distance(handoff.carving.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
     else:

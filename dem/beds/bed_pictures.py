@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.beds.slopes import Slopes
 from dem.beds.solid_body import SolidBody
 from dem.grains.assembly import LEFT, Assembly

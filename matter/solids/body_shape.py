@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.solids import halved_sides
-from matter.solids.datum import Datum
+from matter.solids.body_datum import Datum
 from matter.solids.placed import Placed
 
 MOST_POINTS = 60_000

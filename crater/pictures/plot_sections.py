@@ -14,7 +14,7 @@ from crater.drawing import sections
 from crater.drawing.figure import figure, save
 from crater.ground import datum as datums
 from crater.ground.datum import Datum
-from crater.pictures import settled
+from crater.pictures import plot_settled
 from crater.results.findings import Findings
 from matter.errors import InputError
 from matter.files import snapshot
@@ -124,7 +124,7 @@ def draw_grains_in_time(findings: Findings, path: Path) -> None:
     rows: list[sections.Colouring | None] = [None]
     bed = findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"
     if all("first_depth" in p for _, p in panels):  # of the matter; else where the grain itself lay
-        rows.append(settled.depth(0.6 * half))
+        rows.append(plot_settled.depth(0.6 * half))
     elif bed.is_file() and "identity" in panels[0][1]:
         start = snapshot.read(bed, only=("identity", "position"))
         if "identity" in start:

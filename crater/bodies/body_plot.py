@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-from crater.bodies.findings import BodyStage, latitude_longitude
+from crater.bodies.body_findings import BodyStage, latitude_longitude
 from crater.drawing.figure import INK, figure, grid, save
 from matter.wording import readable
 

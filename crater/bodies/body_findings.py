@@ -19,7 +19,7 @@ from crater.measures.uncertainty import Quantity
 from matter.errors import InputError
 from matter.files import snapshot
 from matter.particles import Particles
-from matter.solids.shape import Shape
+from matter.solids.body_shape import Shape
 from matter.solids.standing import Standing
 
 

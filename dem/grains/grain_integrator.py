@@ -7,7 +7,7 @@ kick.
 and the same for spins. Velocities enter the contact forces as predicted for the full step (pkdgrav does the same).
 External impulses are summed with the same half steps, so that momentum + what left - impulses is constant to rounding.
 
-Arrays: ``dem.contact.scheme.Grains``, columns: ``dem.contact.columns``.
+Arrays: ``dem.contact.contact_scheme.Grains``, columns: ``dem.contact.columns``.
 """
 
 from __future__ import annotations
@@ -38,9 +38,9 @@ from dem.contact.columns import (
     WZ,
 )
 from dem.contact.contact import Bodies, Springs, contact, numbers_of, released
+from dem.contact.contact_scheme import Chunk, Grains, Scheme, Step
 from dem.contact.gravity import central
 from dem.contact.meeting import Ball, meeting_with_wall
-from dem.contact.scheme import Chunk, Grains, Scheme, Step
 from dem.contact.walls import distance_of
 from matter.compilation.jit import kernel
 
@@ -99,8 +99,8 @@ def kick_loop(scheme: Scheme) -> Any:
         first grain that is not finite, or -1.
 
         In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``,
-        ``Step`` of ``dem.contact.scheme``; ``Spill`` holds what lower chunks added to these grains, and is zeroed
-        here. Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
+        ``Step`` of ``dem.contact.contact_scheme``; ``Spill`` holds what lower chunks added to these grains, and is
+        zeroed here. Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
         """
         chunk, step = Chunk(*chunk), Step(*step)
         lo, hi, active = chunk.lo, chunk.hi, chunk.active

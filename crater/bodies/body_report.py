@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crater.bodies import body_view, plot
-from crater.bodies.findings import BodyStage
+from crater.bodies import body_plot, body_view
+from crater.bodies.body_findings import BodyStage
 from crater.bodies.seen import Pair
 from crater.measures.uncertainty import Quantity
 from matter.wording import page, readable
@@ -48,14 +48,14 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
             f"momentum that stays over the projectile's, in the body's own frame (x, y, z): ({beta}).</p>",
             body_view.of_stage(last, f"The body after {STAGES[last.stage]} ({when})"),
             page.picture(
-                out / plot.HEIGHTS,
+                out / body_plot.HEIGHTS,
                 f"Height along the local normal at {when} less that before the impact, in the body's own frame.",
             ),
             page.picture(
-                out / plot.OUTLINES, "The ground before and after in three planes through the centre of mass."
+                out / body_plot.OUTLINES, "The ground before and after in three planes through the centre of mass."
             ),
             page.picture(
-                out / plot.ANEW,
+                out / body_plot.ANEW,
                 "How deep the surface is made anew: down to the highest particle that neither went nor moved by more "
                 "than a spacing.",
             ),

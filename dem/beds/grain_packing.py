@@ -18,8 +18,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.domain import Domain
 from dem.beds.grading import Grading
 from dem.contact import walls
 from dem.contact.columns import RADIUS
