@@ -1,4 +1,5 @@
-"""Apparent diameter in time of runs of one impact that differ in the late stage (``sph.late``): a table and a picture.
+"""Apparent diameter in time of runs of one impact that differ in the late stage (``sph.stepping.late``): a table and a
+picture.
 
     python studies/sph_late.py --out docs/results/sph_late NAME=RUN_FOLDER [NAME=RUN_FOLDER ...]
 

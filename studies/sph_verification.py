@@ -126,7 +126,7 @@ def pulled() -> list[dict]:
 
 
 def blown(across: int, gamma: float, terms: bool) -> list[dict]:
-    """Rows of the blast; ``terms``: with what the change of h adds (``sph.length_terms``)."""
+    """Rows of the blast; ``terms``: with what the change of h adds (``sph.pairs.length_terms``)."""
     got = blast.blast(across, gamma, length_terms=terms)
     label = f"blast, gamma {gamma:.3g}, in a ball of {across} spacings, {'with' if terms else 'without'} length_terms"
     return [

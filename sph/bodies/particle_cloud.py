@@ -55,9 +55,9 @@ inside a tuple, without a word: such a loop calls the function that writes."""
 
 OPTIONAL = ("late_density", "viscosity", "strain_rate", "plastic_strain")
 """Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage
-(``sph.late``), the share of the artificial viscosity where a switch governs it (``sph.viscosity_switch``), the
-symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity.reconstructed``), the plastic strain
-of a yield law that hardens (``sph.strength.johnson_cook``)."""
+(``sph.stepping.late``), the share of the artificial viscosity where a switch governs it (``sph.viscosity.switch``),
+the symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity.reconstructed``), the plastic
+strain of a yield law that hardens (``sph.strength.johnson_cook``)."""
 
 # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of
 # threads

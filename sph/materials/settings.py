@@ -45,7 +45,7 @@ class Kept(Model):
     """Grains whose friction grows with the rate of strain: ``grain_diameter``, ``I0``, ``ratio``
     (``sph.strength.inertial_friction``)."""
     thermal: Values | None = None
-    """Heat capacity, temperature at rest, melting temperature (``sph.temperature``)."""
+    """Heat capacity, temperature at rest, melting temperature (``sph.materials.temperature``)."""
     weibull: Values | None = None
     """Weibull parameters k and m of the flaws."""
 

@@ -5,7 +5,7 @@
 A sum over few neighbours is a poor integral: with the cubic spline and supports of 2 spacings gradients of linear
 fields come out 2.9 % too small (0.6 % with Wendland's and 2.6). A body in balance then holds a pressure that is as
 much too high, and waves run slow. One constant for all particles leaves momentum, total energy and the conjugacy of
-force and heat as they are. It knows nothing of disorder and of surfaces (``sph.gradients`` does).
+force and heat as they are. It knows nothing of disorder and of surfaces (``sph.pairs.gradients`` does).
 """
 
 from __future__ import annotations

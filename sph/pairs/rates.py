@@ -323,7 +323,7 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     """Fill ``out`` from evaluated rows (``sph.stepping.state``) over the neighbour list.
 
     The rows are turned by ``sph.pairs.start_volumes`` where the scheme takes the volumes of the start, and have second
-    rows and ``inverse`` where it asks for them (``sph.gradients``, ``sph.viscosity_switch``).
+    rows and ``inverse`` where it asks for them (``sph.pairs.gradients``, ``sph.viscosity.switch``).
     """
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")

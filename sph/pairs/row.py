@@ -16,12 +16,12 @@ WIDTH = 16
 SLOPE = 0
 """Second row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity.reconstructed``)."""
 SHARE = 6
-"""Second row: share of the artificial viscosity (``sph.viscosity_switch``)."""
+"""Second row: share of the artificial viscosity (``sph.viscosity.switch``)."""
 MATERIAL = 6
-"""Second row, in the place of ``SHARE``: number of the material (``sph.conductivity``)."""
+"""Second row, in the place of ``SHARE``: number of the material (``sph.pairs.conductivity``)."""
 ENERGY = 7
-"""Second row: specific energy u [J/kg] (``sph.conductivity``)."""
+"""Second row: specific energy u [J/kg] (``sph.pairs.conductivity``)."""
 TENSOR = 7
-"""Second row: first of the nine columns of sigma B [Pa], by rows (``sph.gradients``)."""
+"""Second row: first of the nine columns of sigma B [Pa], by rows (``sph.pairs.gradients``)."""
 NARROW = 8
 """Width of second rows without that tensor, and of a row's first cache line."""

@@ -75,7 +75,7 @@ class Matter(NamedTuple):
 
 class Damping(NamedTuple):
     """Coefficients of the artificial viscosity (``sph.viscosity``) and of the artificial conductivity
-    (``sph.conductivity``); ``near``: spacing over support (of ``sph.viscosity.reconstructed``)."""
+    (``sph.pairs.conductivity``); ``near``: spacing over support (of ``sph.viscosity.reconstructed``)."""
 
     alpha: float
     beta: float

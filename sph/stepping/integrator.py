@@ -44,7 +44,7 @@ class Integrator:
     Parameters
     ----------
     radius : the target's [m], which the first step and the search start from.
-    numerics : how the equations are solved (``sph.numerics``).
+    numerics : how the equations are solved (``sph.stepping.numerics``).
     around : gravity, images and edges (``Surroundings``).
 
     ``strength``, ``damage`` say which physics is on; ``hold`` keeps u and D (relaxation).
@@ -264,7 +264,8 @@ class Integrator:
         self._torque = net_torque.remove(self.cloud, self.rates.acceleration, self.around.symmetry)
 
     def soften(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
-        """Enter the late stage (``sph.late``) or its next part; ``weight`` (n,) and the energies [J] as there."""
+        """Enter the late stage (``sph.stepping.late``) or its next part; ``weight`` (n,) and the energies [J] as
+        there."""
         rows = self.materials.rows
         energies = late.switch(self.cloud, rows, late.soft(rows, sound_speed), weight, self.soft)
         self.softened(sound_speed)

@@ -9,7 +9,7 @@ evaluation of y* (radial return R) and stays there:
 
     S_{n+1} = R(S*) + dt/2 (f_{n+1} - f_n)
 
-``sph.integrator`` evaluates between the two halves.
+``sph.stepping.integrator`` evaluates between the two halves.
 """
 
 from matter.compilation.jit import kernel, parallel_kernel, prange

@@ -45,7 +45,8 @@ def _length_terms(given: dict[str, Any]) -> bool:
 
 
 def _may_conduct(viscosity: str, switch: str, gradients: str) -> bool:
-    """What ``sph.conductivity`` asks for: to know the smooth flow, and room in the second rows (``sph.pairs.row``)."""
+    """What ``sph.pairs.conductivity`` asks for: to know the smooth flow, and room in the second rows
+    (``sph.pairs.row``)."""
     return viscosity == "reconstructed" and switch == "none" and gradients != "corrected"
 
 
@@ -88,7 +89,7 @@ class Numerics(Model):
     ``sph.pairs.start_volumes``); by default those of ``numerics``."""
     smoothing: Literal["fixed", "density"] = _of_set("smoothing")
     """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and
-    ``longest`` times it (``sph.smoothing``); by default those of ``numerics``."""
+    ``longest`` times it (``sph.pairs.smoothing``); by default those of ``numerics``."""
     shortest: Annotated[float, Field(gt=0.2, le=1)] = _of_set("shortest")
     """With ``smoothing = "density"``: least smoothing length over its first value; by default that of ``numerics``. A
     shock squeezes matter in one direction: where it does so by four (loose porous ice) particles keep too few
@@ -97,18 +98,18 @@ class Numerics(Model):
     """With ``smoothing = "density"``: largest smoothing length over its first value."""
     length_terms: bool = Field(default_factory=_length_terms)
     """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to
-    the density's rate (``sph.length_terms``); by default, where both are so, that of ``numerics``."""
+    the density's rate (``sph.pairs.length_terms``); by default, where both are so, that of ``numerics``."""
     gradients: Literal["plain", "normalised", "corrected"] = _of_set("gradients")
     """``plain``; ``normalised``, exact in an undisturbed lattice (for bodies in balance and waves;
     ``sph.pairs.lattice_gradients``); ``corrected`` in force, density and heat too (for thin shells and spinning
-    bodies, not for strong shocks; ``sph.gradients``); by default that of ``numerics``."""
+    bodies, not for strong shocks; ``sph.pairs.gradients``); by default that of ``numerics``."""
     viscosity_switch: Literal["none", "morris_monaghan"] = "none"
     """``none``: full viscosity everywhere; ``morris_monaghan``: a twentieth of it where nothing has been compressed
     (``sph.viscosity.morris_monaghan``)."""
     conductivity: Annotated[float, Field(ge=0, le=20)] = Field(default_factory=_conductivity)
     """Coefficient of the artificial conductivity, which spreads what a strong shock's first step heats too much
-    (``sph.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and without
-    corrected gradients; by default, where all are so, that of ``numerics``."""
+    (``sph.pairs.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and
+    without corrected gradients; by default, where all are so, that of ``numerics``."""
 
     @property
     def scheme(self) -> Scheme:

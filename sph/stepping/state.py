@@ -78,8 +78,8 @@ class Pores(NamedTuple):
 
 
 class Late(NamedTuple):
-    """The linear media of the late stage (``sph.late``): ``density`` (n,) without pressure [kg/m^3], ``c2`` (m,)
-    squared sound speeds [m^2/s^2]."""
+    """The linear media of the late stage (``sph.stepping.late``): ``density`` (n,) without pressure [kg/m^3], ``c2``
+    (m,) squared sound speeds [m^2/s^2]."""
 
     density: np.ndarray
     c2: np.ndarray
@@ -310,7 +310,7 @@ def evaluate(
     in ``out.status`` for ``check``.
 
     ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the
-    late stage (``sph.late``).
+    late stage (``sph.stepping.late``).
     """
     pores = Pores(out.distention, out.strain_ratio) if (rows.alpha0 > 1.0).any() else None
     late = None if late_c2 is None else Late(cloud.late_density, late_c2)

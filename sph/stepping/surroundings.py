@@ -15,7 +15,8 @@ class Surroundings(NamedTuple):
     self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2]. images, edge :
     periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own
     and stays. sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history
-    asks for it. symmetry : which part of the whole the cloud is (``sph.symmetry``); its mirrors are among the images.
+    asks for it. symmetry : which part of the whole the cloud is (``sph.bodies.symmetry``); its mirrors are among the
+    images.
     """
 
     self_gravity: bool = True
