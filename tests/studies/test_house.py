@@ -81,6 +81,11 @@ def test_few_files_lie_flat_in_a_room(room):
     assert len(house.flat_files(ROOT)[room]) <= house.MOST_FLAT
 
 
+def test_few_names_stand_twice():
+    """What a search for a module's name finds is that module."""
+    assert len(house.shared_names(ROOT)) <= 10
+
+
 def test_no_line_is_above_119_characters():
     assert house.wide_lines(ROOT) == []
 
