@@ -18,7 +18,7 @@ OF_BODIES = {
 }
 """What only a whole body takes, or a patch of one: gravity between grains (``dem.grains.self_gravity``), tide, slopes;
 the attraction at a site."""
-PACKING = ("beds/packing.py", "beds/loose_packing.py", "beds/relaxation.py")
+PACKING = ("beds/grain_packing.py", "beds/loose_packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
 
@@ -37,13 +37,13 @@ def of_bed(settings: Any) -> set[Path]:
     if settings.target.solid and not settings.on_patch:
         # slopes of the whole are held against the friction angle, which is measured
         idle -= set((ROOM / "trials").glob("*.py"))
-        idle |= {ROOM / "beds" / "packing.py", ROOM / "beds" / "loose_packing.py", ATTRACTION}
+        idle |= {ROOM / "beds" / "grain_packing.py", ROOM / "beds" / "loose_packing.py", ATTRACTION}
         return idle | (set() if settings.target.companion else {ROOM / "grains" / "tide.py"})
     idle |= OF_BODIES - {ATTRACTION} if settings.on_patch else OF_BODIES
     if settings.packing == "loose":
         return idle - set((ROOM / "trials").glob("*.py"))  # its solid fraction is measured
     idle.add(ROOM / "beds" / "loose_packing.py")
-    return idle | ({ROOM / "beds" / "packing.py"} if settings.packing.startswith("hcp") else set())
+    return idle | ({ROOM / "beds" / "grain_packing.py"} if settings.packing.startswith("hcp") else set())
 
 
 def of_collapse(settings: Any) -> set[Path]:
