@@ -74,7 +74,7 @@ def test_unknown_datum():
     p = box(np.random.default_rng(1))
     with pytest.raises(InputError, match="'plane' or 'sphere'"):
         measure(Particles(synthetic.as_fields(p, 0.2)), "ellipsoid")
-    with pytest.raises(InputError, match=r"matter\.frame"):
+    with pytest.raises(InputError, match=r"matter\.geometry\.frame"):
         measure(Particles(synthetic.as_fields(p, 0.2)), 3.0)
 
 

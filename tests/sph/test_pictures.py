@@ -19,7 +19,9 @@ import pytest
 )
 def test_a_picture_and_a_table(folder, law, material, shown, tmp_path, capsys):
     picture = tmp_path / "law.png"
-    assert importlib.import_module(f"sph.{folder}.__main__").main([law, material, "--out", str(picture)]) == 0
+    assert (
+        importlib.import_module(f"sph.shock_states.{folder}_picture").main([law, material, "--out", str(picture)]) == 0
+    )
     assert picture.read_bytes().startswith(b"\x89PNG") and picture.stat().st_size > 10_000
     assert shown in capsys.readouterr().out
 
@@ -35,6 +37,9 @@ def test_a_picture_and_a_table(folder, law, material, shown, tmp_path, capsys):
 )
 def test_what_does_not_fit_is_one_message(folder, law, material, said, tmp_path, capsys):
     assert (
-        importlib.import_module(f"sph.{folder}.__main__").main([law, material, "--out", str(tmp_path / "no.png")]) == 2
+        importlib.import_module(f"sph.shock_states.{folder}_picture").main(
+            [law, material, "--out", str(tmp_path / "no.png")]
+        )
+        == 2
     )
     assert said in capsys.readouterr().err and not (tmp_path / "no.png").exists()
