@@ -103,6 +103,7 @@ def test_the_prediction_is_the_bed(graded_bed):
     assert "growing to" in words and "3.3 radii of the widest settled crater" in words
 
 
+@pytest.mark.validation
 def test_a_graded_bowl_stopped_on_its_way_ends_alike(tmp_path, monkeypatch):
     monkeypatch.setattr(cadence, "pace", cadence.Pace(steps=300))
     beds = []

@@ -202,6 +202,7 @@ def test_a_stopped_sweep_continues(sweep):
     assert len(starts.split()) == 2 and starts.split()[1] != "0"  # continued, not begun anew
 
 
+@pytest.mark.campaign
 def test_workers_of_dask_one_of_them_killed(sweep, monkeypatch):
     """Two local workers; the one that makes the shock stage is killed: its member goes on elsewhere, and the table is
     that of any other sweep."""
