@@ -88,6 +88,25 @@ def test_carved_bed_against_the_true_bowl(in_a_plane):
         assert height.max() < limit  # nothing stands further above the bowl
 
 
+def test_a_floor_two_radii_too_high_is_too_far_from_the_source(in_a_plane):
+    """A part of the surface that is large fails the partial distance; one grain too many does not."""
+    made, _, _, bed = in_a_plane
+    x, y, z = bed.position.T
+    above = z - bowl_in_a_plane(bed.position)
+    floor = (np.hypot(x, y) < 0.5 * RADIUS) & (above < 3.0)
+    lone = np.zeros(len(bed), dtype=bool)
+    lone[np.argmin(np.hypot(x, y) + np.abs(above - 1.0))] = True
+    volume = np.where(
+        made.carving.volume > 0.0, made.carving.volume, np.median(made.carving.volume[made.carving.stays])
+    )
+    verdicts = []
+    for extra in (floor, lone):
+        book, changed = Ledger(), replace(made.carving, stays=made.carving.stays | extra, volume=volume)
+        account_cavity.enter(book, replace(made, carving=changed), bed, made.region)
+        verdicts.append(book["cavity_hausdorff_over_r"]["verdict"])
+    assert verdicts == ["fail", "pass"]
+
+
 @pytest.mark.validation
 def test_bowl_on_a_sphere():
     radius, depth, rim = 500e3, 180e3, 40e3
