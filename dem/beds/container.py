@@ -111,6 +111,28 @@ class Container:
         inside = np.minimum(self.side_depth(position), self.top - position[:, 2])
         return inside if self.shape == "bowl" else np.minimum(inside, position[:, 2] - self.floor)
 
+    def drawn_in(self, position: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Centres (n, 3) [m] of grains of these radii (n,) [m]; those within their radius of floor, sides or top are
+        moved inwards until they touch."""
+        x, y, z = position.T
+        reach = self.radius - radius
+        if self.shape == "box":
+            return np.column_stack(
+                [
+                    np.clip(x, -reach, reach),
+                    np.clip(y, -reach, reach),
+                    np.clip(z, self.floor + radius, self.top - radius),
+                ]
+            )
+        z = np.minimum(z, self.top - radius)
+        if self.shape == "cylinder":
+            z = np.maximum(z, self.floor + radius)
+        distance = np.hypot(np.hypot(x, y), np.minimum(z, 0.0) if self.shape == "bowl" else 0.0)
+        inwards = np.minimum(reach / np.maximum(distance, 1e-300), 1.0)
+        return np.column_stack(
+            [x * inwards, y * inwards, np.where(z < 0.0, z * inwards, z) if self.shape == "bowl" else z]
+        )
+
     def walls(self) -> tuple[Wall, ...]:
         """Wall 0 is what carries the bed: the floor, or the bowl."""
         if self.shape == "bowl":

@@ -69,14 +69,14 @@ def contained(
     """Centres (n, 3) [m] and radii (n,) [m] of random grains in a container of flat ground: each radius uniform within
     +-``spread`` about the mean of its place, the same volume of grains everywhere, up to ``FRACTION`` in all.
 
-    Centres are as dense as ``filling`` (n,), at most 1, over r^3: of grains alike in the part that each can reach, of
-    graded ones in the whole container, since coarse grains kept away from the walls would leave more room there than
-    fine ones; walls push out what reaches into them, as grains do each other.
+    Centres are as dense as ``filling`` (n,), at most 1, over r^3 in the whole container. Grains that reach through a
+    wall are then moved inwards until they touch it: where a centre begins nearer to the wall than its radius, its
+    neighbours can push it out (1 to 5 of 22,000 graded grains were).
     """
     seeds = seed.spawn(3)
     rng, keeps = np.random.default_rng(seeds[1]), np.random.default_rng(seeds[2])
     shape, radius = np.random.default_rng(seeds[0]).uniform(1.0 - spread, 1.0 + spread, count), np.empty(count)
-    points, todo, reach = np.empty((count, 3)), np.arange(count), float(grading.growth == 0.0)
+    points, todo = np.empty((count, 3)), np.arange(count)
     low, high = (
         np.array([-container.radius, -container.radius, container.floor]),
         np.array([container.radius, container.radius, container.top]),
@@ -86,9 +86,12 @@ def contained(
         mean = grading.local(points[todo])
         radius[todo] = shape[todo] * mean
         wanted = keeps.random(len(todo)) < filling(points[todo]) * (grading.radius / mean) ** 3
-        todo = todo[~wanted | (container.depth_inside(points[todo]) < reach * radius[todo])]
+        todo = todo[~wanted | (container.depth_inside(points[todo]) < 0.0)]
+    points = container.drawn_in(points, radius)
+    radius = shape * grading.local(points)
     volume = container.volume(container.floor, container.top)
-    return points, radius * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)
+    radius *= (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)
+    return container.drawn_in(points, radius), radius
 
 
 def hexagonal_in(count: int, container: Container, tilted: bool = False) -> tuple[np.ndarray, float]:

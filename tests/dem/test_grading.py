@@ -46,7 +46,7 @@ def test_sizes_follow_the_profile_and_fill_every_zone_alike(container):
     impact = IMPACT.model_copy(update={"expected_transient_diameter": 25.0})  # fine within 17.9 m
     sizes, below = grading.solved(30_000, 0.15, grain_packing.FRACTION, container, impact, 0.04)
     points, radius = grain_packing.contained(30_000, 0.15, container, sizes, np.random.SeedSequence(1))
-    assert (container.depth_inside(points) > 0.0).all()
+    assert (container.depth_inside(points) >= radius * (1.0 - 1e-12)).all()  # none is pushed through a wall
     over = radius / sizes.local(points)
     assert 0.845 < over.min() < 0.855 and 1.145 < over.max() < 1.155  # radii as predicted: no scale is left to find
     assert over.mean() == pytest.approx(1.0, abs=0.005)
