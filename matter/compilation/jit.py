@@ -49,7 +49,7 @@ _preload_tbb()
 import llvmlite.binding  # noqa: E402
 import numba  # noqa: E402  (TBB has to be loaded first)
 
-from matter.compilation import kernel_cache  # noqa: E402  (and numba after it)
+from matter.compilation import kernel_cache, law_dispatcher  # noqa: E402  (and numba after it)
 
 kernel_cache.keep_copies_private()
 
@@ -141,18 +141,23 @@ def _own(root: Path) -> Path:
     return root
 
 
-def _compile(function, **options):
+def _compile(function, compiler=numba.njit, **options):
     source = Path(function.__code__.co_filename).resolve()
     if HOUSE not in source.parents or source.relative_to(HOUSE).parts[0] not in ROOMS:
         return numba.njit(function, error_model="numpy", **options)  # tests and user scripts: compiled, never cached
     numba.config.CACHE_DIR = str(cache_root() / source_key(source))
-    if function.__closure__ is None:
-        return numba.njit(function, error_model="numpy", cache=True, **options)
-    content = kernel_cache.content_of(function, _file_key)
-    function.__qualname__ += f"_{content[:12]}"
-    compiled = numba.njit(function, error_model="numpy", cache=True, **options)
-    compiled._cache = kernel_cache.ClosureCache(function, content)
+    content = "" if function.__closure__ is None else kernel_cache.content_of(function, _file_key)
+    if content:
+        function.__qualname__ += f"_{content[:12]}"
+    compiled = compiler(function, error_model="numpy", **options)
+    compiled.enable_caching()
+    if content:
+        compiled._cache = kernel_cache.ClosureCache(function, content)
     return compiled
+
+
+def _law(function, *, error_model, **options):
+    return law_dispatcher.law(function, functools.partial(_compile, **options), error_model=error_model, **options)
 
 
 def _file_key(name: str) -> str:
@@ -170,7 +175,7 @@ def _decorator(**fixed):
     return decorate
 
 
-law = _decorator()
+law = _decorator(compiler=_law)
 kernel = _decorator(nogil=True)
 parallel_kernel = _decorator(nogil=True, parallel=True)
 prange = numba.prange

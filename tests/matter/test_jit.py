@@ -12,6 +12,7 @@ import numba
 import pytest
 
 from matter.compilation import jit
+from sph.kernels import wendland
 
 ROOT = Path(__file__).resolve().parents[2]
 LAW = """\
@@ -46,7 +47,13 @@ def house(tmp_path):
     """A small copy of the house: the floor's compiled-code policy and one room with a law and a loop."""
     (tmp_path / "matter" / "compilation").mkdir(parents=True)
     (tmp_path / "sph").mkdir()
-    for name in ("__init__.py", "compilation/__init__.py", "compilation/jit.py", "compilation/kernel_cache.py"):
+    for name in (
+        "__init__.py",
+        "compilation/__init__.py",
+        "compilation/jit.py",
+        "compilation/kernel_cache.py",
+        "compilation/law_dispatcher.py",
+    ):
         shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
     (tmp_path / "sph" / "__init__.py").write_text("")
     (tmp_path / "sph" / "loop.py").write_text(LOOP)
@@ -130,6 +137,18 @@ def test_a_law_is_also_a_python_function():
         return x**3
 
     assert cube(3.0) == cube.py_func(3.0) == 27.0
+
+
+def test_a_law_of_the_project_is_compiled_without_wrappers_until_python_calls_it():
+    law = wendland.kernel
+
+    @jit.kernel
+    def twice(q):
+        return 2.0 * law(q, 1.0)
+
+    assert twice(0.5) == 2.0 * law.py_func(0.5, 1.0)
+    assert law.targetoptions["no_cpython_wrapper"] and "for_python" not in vars(law)
+    assert law(0.5, 1.0) == law.py_func(0.5, 1.0)  # without a wrapper this call would end the process
 
 
 @pytest.fixture

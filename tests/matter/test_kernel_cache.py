@@ -103,7 +103,13 @@ def house(tmp_path):
     """The floor's compiled-code policy and one room with the two scripts."""
     (tmp_path / "matter" / "compilation").mkdir(parents=True)
     (tmp_path / "sph").mkdir()
-    for name in ("__init__.py", "compilation/__init__.py", "compilation/jit.py", "compilation/kernel_cache.py"):
+    for name in (
+        "__init__.py",
+        "compilation/__init__.py",
+        "compilation/jit.py",
+        "compilation/kernel_cache.py",
+        "compilation/law_dispatcher.py",
+    ):
         shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
     for name, text in {"__init__.py": "", "pairs.py": PAIRS, "closures.py": CLOSURES}.items():
         (tmp_path / "sph" / name).write_text(text)
