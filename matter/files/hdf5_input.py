@@ -7,6 +7,7 @@ datasets) could hand on any file of the reader's, and is refused when it is open
 
 from __future__ import annotations
 
+import mmap
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,9 @@ from matter.errors import InputError
 if TYPE_CHECKING:
     import h5py
 
+_SUPERBLOCK, _HEAP = b"\x89HDF\r\n\x1a\n", b"GCOL\x01\0\0\0"
+_HEAP_HEADER = 16
+"""Bytes before the objects of a heap, and before the content of each."""
 _SMALL = 2**26
 """Arrays of this many bytes may be made of anything."""
 _SQUEEZED = 1100
@@ -48,6 +52,7 @@ def opened(path: Path) -> Iterator[h5py.File]:
     path = Path(path)
     if not path.is_file():
         raise InputError(f"no file {path}")
+    _refuse_endless_heaps(path)
     try:
         with h5py.File(path, "r") as file:
             _refuse_other_files(file, path)
@@ -57,6 +62,44 @@ def opened(path: Path) -> Iterator[h5py.File]:
     except _STUMBLES as reason:
         said = (str(reason).splitlines() or [type(reason).__name__])[0]
         raise InputError(f"{path} is not a readable HDF5 file ({said})") from None
+
+
+def _refuse_endless_heaps(path: Path) -> None:
+    """Raise ``InputError`` for a file with a damaged heap of texts. The library steps from object to object by the
+    sizes that these state, and stands still for ever at one of size zero (HDF5 1.14, format specification III.E)."""
+    if path.stat().st_size < _HEAP_HEADER:
+        return
+    with path.open("rb") as file, mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ) as data:
+        wide = _width_of_lengths(data)
+        start = data.find(_HEAP)
+        while start >= 0:
+            if not _walks_to_its_end(data, start, wide):
+                raise InputError(f"{path} is not a readable HDF5 file (its heap of texts at byte {start} is damaged)")
+            start = data.find(_HEAP, start + 1)
+
+
+def _width_of_lengths(data: mmap.mmap) -> int:
+    """Bytes in which the file states sizes, from its superblock; 8 where that cannot be made out."""
+    start = data.find(_SUPERBLOCK)
+    if start < 0 or start + 16 > len(data):
+        return 8
+    wide = data[start + (14 if data[start + 8] < 2 else 10)]
+    return wide if wide in (2, 4, 8) else 8
+
+
+def _walks_to_its_end(data: mmap.mmap, start: int, wide: int) -> bool:
+    """Whether the sizes of the objects in the heap at ``start`` lead from each to the next, and out of it."""
+    end = start + int.from_bytes(data[start + 8 : start + 8 + wide], "little")
+    if end > len(data):
+        return True  # the library refuses it
+    at = start + _HEAP_HEADER
+    while at + _HEAP_HEADER <= end:
+        free, size = data[at : at + 2] == b"\0\0", int.from_bytes(data[at + 8 : at + 8 + wide], "little")
+        step = size if free else _HEAP_HEADER + (size + 7) // 8 * 8
+        if step < _HEAP_HEADER or at + step > end:
+            return False
+        at += step
+    return True
 
 
 def _refuse_other_files(file: h5py.File, path: Path) -> None:

@@ -1,5 +1,8 @@
 """HDF5 files of others: what is not an array of numbers that the file holds is refused with its name."""
 
+import os
+import signal
+
 import h5py
 import numpy as np
 import pytest
@@ -129,3 +132,36 @@ def test_values_that_are_not_finite_are_not_exported(tmp_path):
     with pytest.raises(InputError, match="field 'mass' has 1 values that are not finite"):
         formats.export(Particles({"position": np.zeros((5, 3)), "mass": mass}, {}), tmp_path / "out.csv")
     assert not (tmp_path / "out.csv").exists()
+
+
+def code_of(action):
+    """Exit code of ``action`` in a process of its own: 2 for an ``InputError``; -14 where it takes 10 s."""
+    child = os.fork()
+    if child == 0:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.alarm(10)
+        try:
+            action()
+        except InputError:
+            os._exit(2)
+        except BaseException:
+            os._exit(3)
+        os._exit(0)
+    return os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+
+
+def test_a_heap_of_texts_that_leads_nowhere_is_refused_before_the_library_loops(cloud, tmp_path):
+    """One byte of the size of an object: HDF5 1.14 then walks into zeros and stays there."""
+    whole = cloud.read_bytes()
+    start = whole.find(b"GCOL")
+    assert start > 0 and len(snapshot.read(cloud)) == 200
+    objects, at = [], start + 16
+    while whole[at : at + 2] != b"\0\0":
+        objects.append(at)
+        at += 16 + (int.from_bytes(whole[at + 8 : at + 16], "little") + 7) // 8 * 8
+    last, free = objects[-1], at
+    for place, value in ((last + 9, 1), (free + 8, 0), (free + 9, 1)):
+        spoiled = bytearray(whole)
+        spoiled[place] = value
+        (tmp_path / "spoiled.vtkhdf").write_bytes(spoiled)
+        assert code_of(lambda: snapshot.read(tmp_path / "spoiled.vtkhdf")) == 2, place - start
