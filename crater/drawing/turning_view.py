@@ -7,13 +7,13 @@ No server, no network, no library. Without WebGL nothing of it shows, and the pa
 from __future__ import annotations
 
 import base64
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from matter.files import archive
 from matter.wording import page
 
 COLOURS = 254
@@ -28,7 +28,7 @@ def html(name: str, controls: str, label: str, words: str, facts: Mapping[str, A
     legend.
     """
     script = Path(__file__).with_suffix(".js").read_text() + module.with_suffix(".js").read_text()
-    text = json.dumps(facts, separators=(",", ":"))
+    text = archive.json_text(facts, separators=(",", ":"))
     return (
         f"<figure class=live id={name} hidden><div class=live-bar>{controls}<span id={name}-key></span></div>"
         f"<canvas id={name}-canvas aria-label='{page.escape(label)}'></canvas>"

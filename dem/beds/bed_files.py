@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -47,7 +46,7 @@ def leave(
         "residual_speed_over_sqrt_g_r": report["free_run_speed_over_sqrt_g_r"],
         "mean_radius_m": bed.mean_radius,
     }
-    archive.write_text(out / "bed_report.json", json.dumps(report, indent=1))
+    archive.write_json(out / "bed_report.json", report)
     if drawing.possible("the bed"):
         draw(out / "bed.png")
     snapshot.write(bed.particles(known | attributes), out / "bed.vtkhdf")

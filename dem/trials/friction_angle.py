@@ -77,7 +77,7 @@ def measure(contact: Contact, method: Method = "shear", **options: Any) -> dict[
         return json.loads(place.read_text())
     result = shear(contact, **options) if method == "shear" else tilt(contact, **options)
     place.parent.mkdir(parents=True, exist_ok=True)
-    archive.write_text(place, json.dumps(result, indent=1))
+    archive.write_json(place, result)
     return result
 
 

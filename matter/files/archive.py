@@ -149,7 +149,12 @@ def write_text(path: Path, text: str) -> None:
 def write_json(path: Path, content: Any) -> None:
     """Write a JSON file of plain numbers, whole or absent; what is not finite, which JSON does not know, becomes
     null."""
-    write_text(path, json.dumps(_plain(content), indent=1, allow_nan=False))
+    write_text(path, json_text(content, indent=1))
+
+
+def json_text(content: Any, **layout: Any) -> str:
+    """JSON of plain numbers; what is not finite, which JSON does not know, becomes null."""
+    return json.dumps(_plain(content), allow_nan=False, **layout)
 
 
 def _plain(value: Any) -> Any:

@@ -173,9 +173,7 @@ def write_series(folder: Path, times: dict[str, float], name: str) -> None:
     """
     ordered = sorted(times.items(), key=lambda item: (item[1], _number(item[0])))
     files = [{"name": file, "time": time} for file, time in ordered]
-    archive.write_text(
-        folder / f"{name}{SUFFIX}.series", json.dumps({"file-series-version": "1.0", "files": files}, indent=1)
-    )
+    archive.write_json(folder / f"{name}{SUFFIX}.series", {"file-series-version": "1.0", "files": files})
 
 
 def series(folder: Path) -> list[Path]:

@@ -3,7 +3,6 @@ how it is stopped."""
 
 from __future__ import annotations
 
-import json
 import os
 import platform
 import signal
@@ -85,7 +84,7 @@ class Journal:
             "from": self.start,
             "updated_at": time.strftime("%Y-%m-%dT%H:%M:%S%z"),
         }
-        archive.write_text(self.path, json.dumps(content, indent=1))
+        archive.write_json(self.path, content)
 
 
 @contextmanager

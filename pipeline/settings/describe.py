@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 import time
 from collections.abc import Iterable
@@ -36,7 +35,7 @@ def describe(run_folder: Path, case: Case, wanted: tuple[str, ...], settings: di
         "sources_sha256": {stage: provenance.source_key(stages.MODULES[stage]) for stage in computed},
         "sessions": [*sessions, session],
     }
-    archive.write_text(run_folder / "provenance.json", json.dumps(content, indent=1))
+    archive.write_json(run_folder / "provenance.json", content)
     done = [
         stage
         for stage in stages.ORDER

@@ -94,7 +94,7 @@ def begin(place: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, 
 
 def note_spent(place: Path, inputs: str, wall_s: float, made_by: Mapping[str, Any]) -> None:
     """Keep the wall time [s] of an unfinished stage, and the program that makes it."""
-    archive.write_text(place / BEGUN, json.dumps({"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **made_by}))
+    archive.write_json(place / BEGUN, {"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **made_by})
 
 
 def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> None:
@@ -107,7 +107,7 @@ def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> 
         "version": provenance.version(),
         **more,
     }
-    archive.write_text(place / DONE, json.dumps(content, indent=1))
+    archive.write_json(place / DONE, content)
     (place / BEGUN).unlink(missing_ok=True)
 
 

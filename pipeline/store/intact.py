@@ -8,7 +8,6 @@ of a sensitivity, pictures, logs) is not among them; rows that it adds to the le
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -38,7 +37,7 @@ def renew(place: Path, name: str) -> None:
     done = folder.mark(place / folder.DONE)
     if name in done.get("files", {}):
         done["files"][name] = [(place / name).stat().st_size, provenance.file_sha256(place / name)]
-        archive.write_text(place / folder.DONE, json.dumps(done, indent=1))
+        archive.write_json(place / folder.DONE, done)
 
 
 def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:

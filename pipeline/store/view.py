@@ -10,7 +10,6 @@ What is written after a stage is done (rows of the ledger that a sensitivity fil
 
 from __future__ import annotations
 
-import json
 import os
 import shutil
 from collections.abc import Iterable, Iterator, Mapping
@@ -107,7 +106,7 @@ def to_make_anew(run: Path) -> dict[str, bool]:
 def make_anew(run: Path, some: Mapping[str, bool]) -> None:
     """Note which stages are to be made anew."""
     if some:
-        archive.write_text(run / ANEW, json.dumps(dict(some)))
+        archive.write_json(run / ANEW, dict(some))
     else:
         (run / ANEW).unlink(missing_ok=True)
 

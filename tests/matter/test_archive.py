@@ -5,6 +5,7 @@ from __future__ import annotations
 import errno
 import json
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -89,3 +90,16 @@ def test_json_holds_plain_numbers_and_null_for_what_is_not_finite(tmp_path):
     read = json.loads((tmp_path / "a.json").read_text(), parse_constant=refused)
     assert read == {"a": None, "b": [None, None, 1.5], "c": [0, 1], "d": True, "5": "x"}
     assert type(read["c"][0]) is int and read["d"] is True
+
+
+def test_rooms_write_json_files_by_the_writer_that_knows_no_nan():
+    """``json.dumps`` writes NaN and Infinity, which no other reader takes. The ledger turns its own into text."""
+    rooms = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline", "bolide")
+    others = {"handoff/ledger.py", "pipeline/settings/sense.py", "pipeline/commands/schema.py"}
+    found = {
+        path.relative_to(ROOT).as_posix()
+        for room in rooms
+        for path in (ROOT / room).rglob("*.py")
+        if re.search(r"write_text\([^\n]*json\.dumps|json\.dump\(", path.read_text())
+    }
+    assert found <= others, found - others
