@@ -17,6 +17,7 @@ from __future__ import annotations
 import difflib
 import typing
 from collections.abc import Mapping
+from functools import cache
 from typing import Any, Literal
 
 from pydantic import Field, TypeAdapter, ValidationError, create_model
@@ -94,12 +95,18 @@ def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) ->
     values = {**content, **changes}
     faults = [f"{key}: the unit is missing" for key, value in values.items() if _lacks_unit(law, key, value)]
     try:
-        values = TypeAdapter(law).validate_python(values)
+        values = _validator(law).validate_python(values)
     except ValidationError as reason:
         faults += [_worded(law, e) for e in reason.errors()]
     if faults:
         raise InputError(f"material {name!r}, [{title}]: {'; '.join(faults)}")
     return values
+
+
+@cache
+def _validator(law: type) -> TypeAdapter[Any]:
+    """Building one takes ten times as long as what it then does, and a case asks for each a hundred times."""
+    return TypeAdapter(law)
 
 
 def _of_file(name: str, title: str) -> dict[str, Any]:

@@ -15,6 +15,7 @@ relaxation    1.5 times the way of sound through the body's radius, damped by e^
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
 
 from matter.case import at_rest, formation_time
@@ -25,12 +26,20 @@ from sph.planning import ground_strength
 
 END, SNAPSHOT, HISTORY = 2.0, 1.0 / 15.0, 0.25
 FIRST = 0.01
+_CHOSEN: deque[tuple[Target, Impact, Mapping[str, Choice], Materials]] = deque(maxlen=8)
+"""What was chosen last: ``--check`` of a case asks 140 times."""
 CROSSINGS, FOLDS = 1.5, 10.0
 
 
 def chosen(target: Target, impact: Impact, materials: Mapping[str, Choice]) -> Materials:
-    """The materials of target and projectile with the laws that the case chooses; raises ``InputError``."""
-    return collect(tuple(dict.fromkeys([*target.materials, *impact.projectile.materials])), materials)
+    """The materials of target and projectile with the laws that the case chooses, the same as before for the same
+    objects; raises ``InputError``."""
+    for known in _CHOSEN:
+        if known[0] is target and known[1] is impact and known[2] is materials:
+            return known[3]
+    found = collect(tuple(dict.fromkeys([*target.materials, *impact.projectile.materials])), materials)
+    _CHOSEN.append((target, impact, materials, found))
+    return found
 
 
 def surface_gravity(target: Target, materials: Materials) -> float:
