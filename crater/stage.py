@@ -33,6 +33,7 @@ from crater.results.findings import (
     Setting,
     ShockFindings,
     densities,
+    judged,
     with_chain_errors,
 )
 from crater.scaling import crater_size as scaling
@@ -100,7 +101,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     shock = _follow_shock(setting, shots, heard) if shots else None
     findings = Findings(setting, shock, _measure_grains(setting, settled, grains, heard) if grains.is_file() else None)
     findings = on_bodies.with_body(with_chain_errors(_flown(_with_origins(findings)), settings.chain))
-    findings = replace(findings, soundness=soundness.facts(inputs, _bed_radii(findings)))
+    findings = judged(findings, soundness.facts(inputs, _bed_radii(findings)))
     findings = replace(findings, compared=against_published.compared(findings))
     tables.write_tables(findings, out)
     progress.update(progress.total - 2, "pictures", force=True)
@@ -236,7 +237,8 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     time, last = float(particles.attributes.get("time", np.nan)), None
     try:
         measures = chosen.measured(particles, start, f"2_sph/{path.name}")
-        last = LastCrater(measures, time, LATE_SHOCK, path, rest.of_series(moments))
+        state = rest.of_shock(setting.inputs / "2_sph" / "stage_report.json", moments)
+        last = LastCrater(measures, time, LATE_SHOCK, path, state)
     except InputError as reason:
         reasons["late_sph"] = str(reason)
     molten, decay = phases.masses(particles, setting.event.mass), {}

@@ -44,6 +44,16 @@ def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:
     return replace(measures, quantities=quantities)
 
 
+def without_errors(measures: Measures) -> Measures:
+    """The measures of a run that is not resolved: those without a chain error, which holds another size, have no
+    error."""
+    quantities = {
+        name: quantity if quantity.value is None or PART in quantity.parts else replace(quantity, sigma=None)
+        for name, quantity in measures.quantities.items()
+    }
+    return replace(measures, quantities=quantities)
+
+
 def _joined(quantity: Quantity, error: float) -> Quantity:
     return replace(
         quantity, sigma=float(np.hypot(quantity.sigma or 0.0, error)), parts={**quantity.parts, PART: error}

@@ -175,8 +175,13 @@ def _summary(findings: Findings) -> str:
     cautions = [
         f"<b class=waived>Caution:</b> {page.escape(words)}." for words in findings.soundness.get("cautions", ())
     ]
+    verdict = findings.soundness.get("not_resolved")
     return (
-        "<p>" + "<br>".join(lines) + "</p>" + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
+        (f"<p><b class=fail>NOT RESOLVED</b>: {page.escape(verdict)}.</p>" if verdict else "")
+        + "<p>"
+        + "<br>".join(lines)
+        + "</p>"
+        + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
     )
 
 
@@ -309,17 +314,18 @@ def _scaling_table(findings: Findings) -> str:
         return ""
     ours = findings.transient.get("volume")
     diameter = ours.value("diameter_apparent_m") if ours is not None else float("nan")
+    growing = "volume" in findings.growing
     final, laws = findings.compared.scaling["final_rim_diameter_m"], findings.compared.scaling["diameter_m"]
     rows = []
     for name, value in laws.items():
-        share = f"{diameter / value:.2f}" if np.isfinite(diameter) else ""
+        share = f"{diameter / value:.2f}" if np.isfinite(diameter) and not growing else ""
         last = readable.amount(final[name], "m", 3) if name in final else ""
         rows.append([page.escape(scaling.NAMES[name]), readable.amount(value, "m", 3), share, last])
     low, high = (readable.amount(size, "m", 3) for size in findings.compared.scaling["range_m"])
     least, most = min(laws.values()), max(laws.values())
     named = [scaling.NAMES[name] for name in findings.compared.scaling["range_of"]]
     here = (
-        f" This run: {shown(ours.measures['diameter_apparent_m'])}."
+        f" This run: {shown(ours.measures['diameter_apparent_m'])}{', still growing' if growing else ''}."
         if ours is not None and ours.measures is not None
         else ""
     )

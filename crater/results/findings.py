@@ -277,6 +277,27 @@ def with_chain_errors(findings: Findings, known: ChainError | None) -> Findings:
     return replace(findings, shock=shock, grains=grains)
 
 
+def judged(findings: Findings, facts: Mapping[str, Any]) -> Findings:
+    """The findings with their ``soundness``; the craters of a run that is not resolved lose their errors."""
+    findings = replace(findings, soundness=facts)
+    if "not_resolved" not in facts:
+        return findings
+
+    def last(crater: LastCrater | None) -> LastCrater | None:
+        return None if crater is None else replace(crater, measures=chain.without_errors(crater.measures))
+
+    shock, grains = findings.shock, findings.grains
+    if shock is not None:
+        transient = {
+            key: moment if moment.measures is None else replace(moment, measures=chain.without_errors(moment.measures))
+            for key, moment in shock.transient.items()
+        }
+        shock = replace(shock, transient=transient, last=last(shock.last))
+    if grains is not None:
+        grains = replace(grains, last=last(grains.last))
+    return replace(findings, shock=shock, grains=grains)
+
+
 def time_of(findings: Findings, moment: series.Moment) -> Quantity:
     """Time of a moment, with half the interval between snapshots as its error."""
     times = np.array([m.time for m in findings.moments if m.stage == moment.stage])

@@ -2,7 +2,8 @@
 
 Grains are at rest by the collapse's own rule (``5_dem/stage_report.json``: the profile stopped changing). The shock
 stage has no such rule: its last fifth is looked at, and what changed there by more than 2 % (heights: and by more than
-a tenth of a spacing) still moves.
+a tenth of a spacing) still moves. A shock stage that ends before the crater is expected to be grown cut it short,
+whatever its last fifth says: viscosity may hold the flow.
 """
 
 from __future__ import annotations
@@ -14,7 +15,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from crater.results.series import Moment
+from matter.case import formation_time
 from matter.files import archive
+from matter.wording import readable
 from matter.wording.crater_measures import MAXIMA
 
 WINDOW, CHANGE, OF_SPACING = 0.2, 0.02, 0.1
@@ -39,6 +42,20 @@ class Rest(NamedTuple):
 
 
 UNKNOWN = Rest(False, "not known to be at rest", "not measured")
+
+
+def of_shock(report: Path, moments: Sequence[Moment]) -> Rest:
+    """Rest of the crater at the end of the shock stage: by the series, where the stage's ``report`` does not say that
+    the crater is expected to grow for longer."""
+    found = of_series(moments)
+    time = archive.read_json(report).get("expected_growth_s") if report.is_file() else None
+    if not found.settled or not moments or not isinstance(time, (int, float)):
+        return found
+    end = moments[-1].time
+    if end >= formation_time.ENOUGH * time:
+        return found
+    reason = f"end_time cut it at {readable.clock(end)}; it is expected to grow for {readable.clock(time)}"
+    return Rest(False, "cut by end_time", reason)
 
 
 def of_grains(report: Path, moments: Sequence[Moment]) -> Rest:

@@ -17,7 +17,9 @@ from matter.wording import readable
 FEWEST_PER_RADIUS = 5.0
 """Below this many particles per projectile radius the shock in it is not resolved: it is some eight spacings wide, and
 with 7 of them a sphere of aluminium at 5 km/s reached 27 of 59.9 GPa, with 20 of them 35
-(docs/results/sph_benchmarks)."""
+(docs/results/sph_benchmarks). ``--check`` warns below it, the page says so, and no errors are stated."""
+AS_MANY = 0.995
+"""A projectile of N whole particles may have this share of the limit."""
 ABOVE, BELOW = 1.2, 0.8
 """Largest pressure over the planar limit: more is no shock, less is one that the spacing smears out."""
 BED_RADII = 3.0
@@ -44,8 +46,8 @@ def bed_radii(grains: Mapping[str, Any], diameter: float) -> float | None:
 def facts(run: Path, radii: float | None = None) -> dict[str, Any]:
     """What ``measures.json`` says of it: ``projectile_particles``, ``particles_per_radius``, ``peak_pressure_Pa``,
     ``planar_limit_Pa`` and their ratio, the share of angular momentum removed, the largest overlap, the ``radii`` of
-    the settled crater that the bed reaches (``bed_radii``); and ``cautions``, sentences. Keys of what is not known are
-    left out."""
+    the settled crater that the bed reaches (``bed_radii``); ``not_resolved``, the verdict on a projectile of too few
+    particles; and ``cautions``, sentences. Keys of what is not known are left out."""
     reports = read(run)
     ball, reached = reports["sph"].get("projectile", {}), reports["sph"].get("peak_pressure", {})
     known: dict[str, Any] = {
@@ -64,15 +66,25 @@ def facts(run: Path, radii: float | None = None) -> dict[str, Any]:
         known["peak_over_planar_limit"] = known["peak_pressure_Pa"] / known["planar_limit_Pa"]
     warnings = [str(words).rstrip(".") for words in reports["sph"].get("warnings", [])]
     cautions = [*_of_shock(known), *warnings, *_of_collapse(reports["dem"]), *_of_bed(radii)]
+    if not resolved(known.get("particles_per_radius")):
+        known["not_resolved"] = (
+            f"{known['particles_per_radius']:.2g} particles per projectile radius, fewer than {FEWEST_PER_RADIUS:g}; "
+            f"no errors are stated but those that were measured with another size"
+        )
     return {**known, "cautions": cautions} if known or cautions else {}
+
+
+def resolved(per_radius: float | None) -> bool:
+    """Whether so many particles per projectile radius resolve the shock in it; what is not known counts as enough."""
+    return per_radius is None or per_radius >= AS_MANY * FEWEST_PER_RADIUS
 
 
 def _of_shock(known: Mapping[str, Any]) -> list[str]:
     said = []
     fine, count = known.get("particles_per_radius"), known.get("projectile_particles")
-    if fine is not None and fine < FEWEST_PER_RADIUS:
+    if fine is not None and not resolved(fine):
         said.append(
-            f"the projectile has {fine:.2g} particles per radius ({count} in all), fewer than about "
+            f"the projectile has {fine:.2g} particles per radius ({count} in all), fewer than "
             f"{FEWEST_PER_RADIUS:g}: the shock in it is not resolved; "
             "peak pressures, melt and vapour are rough, crater sizes less so"
         )

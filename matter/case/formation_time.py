@@ -15,6 +15,8 @@ import math
 
 SOURCES = ("SchmidtHousen1987", "HousenHolsapple2011")
 
+ENOUGH = 0.8
+"""Share of T that a run lasts at least if its crater is to be called final: T is good to a fifth."""
 _MU = 0.5
 
 

@@ -117,9 +117,9 @@ def amount(value: float, unit: str = "1", digits: int = 4) -> str:
 
 def measured(value: float, sigma: float | None, unit: str = "1") -> str:
     """A value with its standard error, both in one unit: "569 ± 15 km", "(24.16 ± 0.72) × 10⁶ km³",
-    "(2.245 ± 0.065) × 10⁷ kg"; no error for None or 0."""
+    "(2.245 ± 0.065) × 10⁷ kg"; no error for 0; for None, an error that is not known, three digits and no error."""
     if not sigma or not math.isfinite(sigma):
-        return amount(value, unit)
+        return amount(value, unit, 3 if sigma is None else 4)
     factor, name = scale(max(abs(value), sigma), unit)
     size = max(abs(value), sigma) * factor
     if name in ("kg", "m³") and size >= 1e6:

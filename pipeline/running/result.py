@@ -31,6 +31,8 @@ def table(run: Path) -> str:
     lines = [
         f"{words:<{width}}" + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths)) for words, cells in rows
     ]
+    if verdict := measures.get("soundness", {}).get("not_resolved"):
+        lines.insert(0, f"NOT RESOLVED: {verdict}")
     lines += [_errors(columns), *_unsettled(measures)]
     lines += [_published(entry) for entry in measures.get("reference", [])]
     lines += _of_body(measures.get("body", {}))

@@ -15,12 +15,13 @@ from typing import Any
 
 import numpy as np
 
-from matter.case import at_rest, quantity
+from crater.results import soundness
+from matter.case import at_rest, formation_time, quantity
 from matter.case.body import Model
 from matter.constants import G
 from matter.errors import InputError
 from matter.wording import readable
-from pipeline.case import experimental
+from pipeline.case import experimental, sizes
 from pipeline.case.complaints import Complaint
 from pipeline.settings import as_half_space
 
@@ -221,10 +222,10 @@ def _coarse(sph: Any) -> Iterator[str]:
 
     target, zones = sph.target, sph.zones
     number = cost_prediction.per_radius(sph)
-    if number < 1.0 and not sph.control:
+    if not soundness.resolved(number) and not sph.control:
         yield (
-            f"{number:.2g} particles per projectile radius: peak pressures and the beginning of the flow are not "
-            f"resolved"
+            f"{number:.2g} particles per projectile radius, fewer than {soundness.FEWEST_PER_RADIUS:g}: the result "
+            f"will be NOT RESOLVED and without errors{_size_that_resolves(sph)}"
         )
     crater = 0.5 * sph.impact.expected_transient_diameter
     if crater < 5.0 * zones.fine:
@@ -249,6 +250,20 @@ def _coarse(sph: Any) -> Iterator[str]:
                 f"{readable.length(crater)}: "
                 "make the ground larger or [sph] edge_width smaller"
             )
+
+
+def _size_that_resolves(sph: Any) -> str:
+    """The ``--size`` whose contact has particles enough, in words; nothing where none has."""
+    from sph.planning import resolution
+
+    target, impact, radius = sph.target, sph.impact, sph.impact.projectile.radius
+    for name, particles in sizes.SIZES.items():
+        fine = resolution.fine_radius(impact)
+        spacing = resolution.solved(target, impact, particles, fine, sph.growth, resolution.CONTACT * radius)
+        number = radius * resolution.refinement(spacing, radius) / spacing
+        if soundness.resolved(number):
+            return f" (--size {name} has {number:.2g})"
+    return ""
 
 
 def _sinking(sph: Any) -> Iterator[str]:
@@ -288,7 +303,7 @@ def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) ->
         yield "strength holds this crater, and the case asks for a collapse of loose grains: they will let it slump"
     if "crater" in stages and not sph.late:
         time = durations.crater_time(sph.target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)
-        if sph.end_time < 0.8 * time:
+        if sph.end_time < formation_time.ENOUGH * time:
             yield (
                 f"the shock stage ends at {readable.clock(sph.end_time)}: the crater is expected to grow for "
                 f"{readable.clock(time)}"
@@ -304,7 +319,8 @@ def in_words(settings: Mapping[str, Model]) -> str:
     expected = crater(sph)
     weight, strength = expected.weight, expected.ground.strength
     kind = getattr(settings.get("crater"), "ground", expected.ground.kind)
-    text = f"expected transient crater: {readable.length(expected.diameter)} in {kind}"
+    ground = sph.target.layers[-1].material
+    text = f"expected transient crater: {readable.length(expected.diameter)} in {ground} by the laws of {kind}"
     if weight <= 0.0:
         return (
             f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth"
@@ -312,7 +328,7 @@ def in_words(settings: Mapping[str, Model]) -> str:
             else f"{text}; nothing ends its growth"
         )
     if strength <= 0.0:
-        return f"{text} without cohesion; weight ends its growth (rho g D = {_pressure(weight)})"
+        return f"{text}; it has no cohesion: weight ends its growth (rho g D = {_pressure(weight)})"
     verdict = (
         "strength holds it: the chain ends with the shock stage and the measuring"
         if expected.held

@@ -10,6 +10,7 @@ from sph.bodies import symmetry
 from sph.boundary import dispatch as boundaries
 from sph.boundary.outside import COLUMNS
 from sph.outcome import energy_check, escaping
+from sph.planning import durations
 from sph.shock_states import impedance
 from sph.simulation import Simulation
 from sph.stepping import flow_reynolds, sides_and_floor, timestep
@@ -18,7 +19,7 @@ from sph.stepping import flow_reynolds, sides_and_floor, timestep
 def of(run: Simulation) -> dict[str, Any]:
     """Counts, what limited the steps, drifts of the conserved quantities, the late stage, the flow's Reynolds number
     and warnings."""
-    i, ball = run.integrator, run.impact
+    i, ball, s = run.integrator, run.impact, run.settings
     mass = run.materials.bulk_density[run.materials.index(ball.projectile.material)] * ball.projectile.volume
     scale = {
         "energy_J": 0.5 * mass * ball.speed**2,
@@ -43,6 +44,7 @@ def of(run: Simulation) -> dict[str, Any]:
             "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"],
             **_resolution(run),
         },
+        "expected_growth_s": durations.crater_time(s.target, s.impact, run.materials, s.strength, s.damage),
         "late": run.late[0] if run.late else None,
         "late_slower": run.late[1:],
         "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.thinned else None,

@@ -107,3 +107,17 @@ def test_what_still_grows_is_the_last_snapshot_and_stands_there_once():
     assert lines == ["transient, maximum depth, 4 s, SPH", "last snapshot, still growing, 6 s, all-SPH late stage"]
     lines = [head.line for head, _ in heads.columns({"transient": transient, "final": {"reason": "none"}})]
     assert lines[0] == "last snapshot, volume still growing, 6 s, SPH" and not any("final" in line for line in lines)
+
+
+@pytest.mark.parametrize(("time", "state"), [(1200.0, ""), (1300.0, "cut by end_time")])
+def test_a_crater_that_end_time_cut_is_not_final(tmp_path, time, state):
+    """The series ends at 1000 s and stands still; T is good to a fifth."""
+    report = tmp_path / "stage_report.json"
+    report.write_text(json.dumps({"expected_growth_s": time}))
+    found = rest.of_shock(report, series(300.0, 2000.0))
+    assert found.state == state and found.settled == (not state)
+    assert state == "" or ("16.7 min" in found.reason and "21.7 min" in found.reason)
+
+
+def test_without_an_expected_time_the_series_decides(tmp_path):
+    assert rest.of_shock(tmp_path / "stage_report.json", series(300.0, 2000.0)).settled

@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
+from crater.measures.measure import Measures, Quantity
+from crater.pages import report
 from crater.results import soundness
+from crater.results.findings import Findings, GrainFindings, LastCrater, judged
 from sph.boundary import outside
 
 SHOCK = {
@@ -31,10 +36,10 @@ AXES = "xyz"
 
 
 def run_with(path, shock=None, collapse=None, rows=(), more=()):
-    for folder, report in (("2_sph", shock), ("5_dem", collapse)):
+    for folder, content in (("2_sph", shock), ("5_dem", collapse)):
         (path / folder).mkdir(parents=True, exist_ok=True)
-        if report is not None:
-            (path / folder / "stage_report.json").write_text(json.dumps(report))
+        if content is not None:
+            (path / folder / "stage_report.json").write_text(json.dumps(content))
     if rows:
         names = ["kinetic_J", "total_J", "mass_kg", *more]
         names += [
@@ -173,3 +178,49 @@ def test_a_run_without_reports_says_nothing(tmp_path):
         and soundness.collapse_rows(tmp_path) == []
     )
     assert soundness.conservation_rows(tmp_path, 1.0, (1.0, "its radius")) == []
+
+
+@pytest.mark.parametrize(("fine", "verdict"), [(2.07, True), (4.97, True), (4.99, False), (5.0, False), (None, False)])
+def test_a_projectile_of_fewer_than_five_particles_per_radius_is_not_resolved(tmp_path, fine, verdict):
+    shock = {"projectile": {"particles": 37, "particles_per_radius": fine}} if fine else {"warnings": ["w"]}
+    found = soundness.facts(run_with(tmp_path, shock))
+    assert ("not_resolved" in found) == verdict
+    assert not verdict or "fewer than 5" in found["not_resolved"]
+
+
+def test_the_manual_names_the_limit():
+    page = (Path(__file__).parents[2] / "docs" / "site" / "understand" / "resolution.md").read_text()
+    assert f"| particles per projectile radius | {soundness.FEWEST_PER_RADIUS:g} for the flow" in page
+    assert "NOT RESOLVED" in page
+
+
+def test_what_is_not_resolved_has_no_errors_but_those_with_the_chain():
+    quantities = {
+        "depth_m": Quantity(20.7123, 0.4, "m", parts={"azimuth": 0.4}),
+        "diameter_apparent_m": Quantity(207.09, 3.0, "m", parts={"azimuth": 0.9, "chain": 2.9}),
+        "volume_m3": Quantity(None, None, "m^3", "none"),
+    }
+    measures = Measures(quantities, None, None, None)
+    crater = LastCrater(measures, 1.0, "x", Path("x"))
+    grains = GrainFindings((), crater, None, {})
+    findings = judged(Findings(SimpleNamespace(), None, grains), {"not_resolved": "2 particles"})
+    left = findings.settled_grains.measures.quantities
+    assert left["depth_m"].sigma is None and left["depth_m"].value == 20.7123
+    assert left["diameter_apparent_m"].sigma == 3.0
+    assert report.shown(left["depth_m"]) == "20.7 m" and report.shown(left["diameter_apparent_m"]) == "207.1 ± 3.0 m"
+    assert judged(findings, {}).settled_grains is findings.settled_grains
+
+
+@pytest.mark.parametrize(("growing", "ratio"), [((), "0.50"), (("volume",), "")])
+def test_a_crater_that_still_grows_has_no_ratio_to_the_laws(growing, ratio):
+    moment = SimpleNamespace(value=lambda _: 50.0, measures={"diameter_apparent_m": Quantity(50.0, 1.0, "m")})
+    laws = {
+        "diameter_m": {"zahnle_2003": 100.0},
+        "final_rim_diameter_m": {},
+        "range_m": [100.0, 100.0],
+        "range_of": ["zahnle_2003", "zahnle_2003"],
+        "formation_time_s": 3.0,
+    }
+    findings = SimpleNamespace(compared=SimpleNamespace(scaling=laws), transient={"volume": moment}, growing=growing)
+    text = report._scaling_table(findings)
+    assert (ratio in text) if ratio else ("0.50" not in text and "still growing" in text)

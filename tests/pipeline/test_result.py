@@ -93,3 +93,14 @@ def test_resolution_pressure_and_cautions_stand_below(tmp_path):
     )
     assert "caution: the projectile has few" in text
     assert text.isascii()
+
+
+def test_a_run_that_is_not_resolved_says_so_first_and_states_no_error(tmp_path):
+    bare = entry(207.0937, 40.1234, 6.0, settled=True)
+    for cell in bare.values():
+        if isinstance(cell, dict):
+            cell["sigma"] = None
+    facts = {"not_resolved": "2.1 particles per projectile radius, fewer than 5", "cautions": []}
+    text = table(tmp_path, final=bare, soundness=facts)
+    assert text.splitlines()[0] == "NOT RESOLVED: 2.1 particles per projectile radius, fewer than 5"
+    assert "207 m" in text and "207.1" not in text
