@@ -96,7 +96,9 @@ def write(findings: Findings, out: Path) -> None:
             findings.inputs, findings.setting.event.mass * findings.settings.impact.speed, _lever(findings)
         ),
     ]
-    archive.write_text(out / "report.html", page.document(f"Crater: {_title(findings)}", parts))
+    archive.write_text(
+        out / "report.html", page.document(page.heading(findings.inputs, f"Crater: {_title(findings)}"), parts)
+    )
 
 
 def _last(findings: Findings) -> str:

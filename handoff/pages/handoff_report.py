@@ -85,7 +85,7 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
 
         drawn.draw(gather(run, out, record), out)
     further = archive.read_json(out / "sensitivity.json") if (out / "sensitivity.json").is_file() else None
-    archive.write_text(out / "report.html", whole_page(headline(book, run / SERIES), book, record, out, further))
+    archive.write_text(out / "report.html", whole_page(run, book, record, out, further))
 
 
 def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
@@ -120,11 +120,11 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     }
 
 
-def whole_page(first: list[str], book: ledgers.Ledger, record: dict, folder: Path, further: dict | None = None) -> str:
-    """The report as HTML, with the sentences that come ``first`` and the pictures of ``folder`` inside; ``further`` is
-    what the sensitivity runs came to."""
+def whole_page(run: Path, book: ledgers.Ledger, record: dict, folder: Path, further: dict | None = None) -> str:
+    """The report of a ``run`` as HTML, with the pictures of ``folder``; ``further`` is what the sensitivity runs came
+    to."""
     parts = [
-        _first_lines(first, record),
+        _first_lines(headline(book, run / SERIES), record),
         drawing.note(),
         *(page.picture(folder / name, caption) for name, caption in _PICTURES),
         "<h2>Ledger</h2>",
@@ -135,7 +135,7 @@ def whole_page(first: list[str], book: ledgers.Ledger, record: dict, folder: Pat
         _methods(record),
         _further(further),
     ]
-    return page.document("Handoff: from shock physics to grains", parts)
+    return page.document(page.heading(run, "Handoff: from shock physics to grains"), parts)
 
 
 def _first_lines(sentences: list[str], record: dict) -> str:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import base64
 import html
 import re
+import tomllib
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -57,6 +58,16 @@ def document(title: str, parts: Iterable[str]) -> str:
         f"<title>{escape(title)}</title><style>{STYLE}</style></head><body>\n"
         f"<h1>{escape(title)}</h1>\n{body}\n</body></html>\n"
     )
+
+
+def heading(run: Path, words: str) -> str:
+    """``words`` behind the title of the case that the ``run`` folder is of; alone where it has none."""
+    try:
+        case = tomllib.loads((run / "case.used.toml").read_text()).get("case", {})
+    except (OSError, ValueError):
+        return words
+    title = case.get("title") if isinstance(case, dict) else None
+    return f"{title} | {words}" if isinstance(title, str) and title else words
 
 
 def escape(text: object) -> str:

@@ -127,3 +127,19 @@ def test_nothing_makes_the_page_itself_scroll_sideways(tmp_path, width):
     page_width, window, *boxes = map(int, re.search(r'data-found="([^"]*)"', seen).group(1).split())
     assert window == width and page_width <= width
     assert boxes == [1, 0, 1 if width < 700 else 0]  # the wide table always, the picture on a phone
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ('[case]\ntitle = "Mine"\n', "Mine | Crater"),
+        ("[case]\n", "Crater"),
+        ("case = 1", "Crater"),
+        ("[", "Crater"),
+        (None, "Crater"),
+    ],
+)
+def test_a_page_is_headed_by_the_title_of_its_case(tmp_path, text, words):
+    if text is not None:
+        (tmp_path / "case.used.toml").write_text(text)
+    assert page.heading(tmp_path, "Crater") == words
