@@ -301,6 +301,13 @@ def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) ->
     expected = crater(sph)
     if expected.held and "dem" in stages:
         yield "strength holds this crater, and the case asks for a collapse of loose grains: they will let it slump"
+    materials, ground = sph.chosen_materials(), sph.target.layers[-1].material
+    flawed = sph.damage and materials.rows.flawed[materials.index(ground)] > 0.0
+    if expected.held and expected.ground.strength > 0.0 and not flawed:
+        yield (
+            f"the strength of {ground} ({_pressure(expected.ground.strength)}) does not fall with size: no [weibull], "
+            f"or damage is off; {readable.length(expected.diameter)} of rock are weaker than a sample"
+        )
     if "crater" in stages and not sph.late:
         time = durations.crater_time(sph.target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)
         if sph.end_time < formation_time.ENOUGH * time:

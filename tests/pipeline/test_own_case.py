@@ -246,3 +246,14 @@ def test_encounters_find_speed_and_angle_together(tmp_path):
         cases.read(tmp_path / "own.toml").stages[0] == "nbody"
         and not compose(cases.read(tmp_path / "own.toml"))["nbody"].pinned
     )
+
+
+@pytest.mark.parametrize(("material", "said"), [("sandstone", True), ("granite", False)])
+def test_strength_that_does_not_fall_with_size_is_said(tmp_path, material, said):
+    """Granite has flaws; the sandstone's 1.5 MPa holds a crater of metres whatever its size."""
+    text = "[target]\n" + HALF_SPACE.replace("granite", material) + IMPACT % "0.5 m"
+    (tmp_path / "mine.toml").write_text(text)
+    request = Request(cases.read(tmp_path / "mine.toml", size="quick"), tmp_path)
+    settings = settings_of(request)
+    assert sense.crater(settings["sph"]).held
+    assert any("does not fall with size" in words for words in sensible(request, settings)) == said
