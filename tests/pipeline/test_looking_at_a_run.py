@@ -13,11 +13,13 @@ import re
 import shutil
 import sys
 import threading
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+import bolide
 from fixtures import synthetic_craters as synthetic
 from matter.errors import InputError, Unsound
 from matter.files import archive, snapshot
@@ -43,7 +45,10 @@ SAID = {
     "fly_ejecta RUN --out OUT": [(2, "ejecta.h5")] * 4 + [(0, MADE)],
     "export_snapshot RUN/2_sph/snap_0000.vtkhdf --out OUT/x.csv": [(0, "7 particles")] * 5,
     "export_snapshot RUN/2_sph/snap_0000.vtkhdf --out RUN/2_sph/x.csv": [(2, "is a stage of a run")] * 5,
+    "import_snapshot RUN/2_sph/history.csv --out RUN/2_sph/y.vtkhdf": [(2, "is a stage of a run")] * 5,
+    "impact_census --count 1 --out RUN/2_sph": [(2, "is a stage of a run")] * 5,
     "measure_crater RUN/2_sph/snap_0000.vtkhdf": [(2, "holds 7 particles")] * 5,
+    "python_door RUN": [(0, "1 snapshots, 0 tables")] * 3 + [(0, "2 snapshots, 1 tables")] * 2,
     "run_case RUN": [(2, BUSY)] * 5,
     "run_case RUN --from handoff": [(2, BUSY)] * 5,
     "run_case RUN --fresh": [(2, BUSY)] * 5,
@@ -66,9 +71,27 @@ def command(line: str):
 
     def work() -> None:
         sys.argv = [name, *words]
-        getattr(cli, name)()
+        python_door(words[0]) if name == "python_door" else getattr(cli, name)()
 
     return warm.run(work, {"COLUMNS": "200"})
+
+
+def python_door(run_folder: str) -> None:
+    """Everything that ``bolide.open`` shows of a run, whatever is there of it."""
+    opened, tables = bolide.open(run_folder), 0
+    for look in ("history", "profile", "ledger", "measures", "compare"):
+        try:
+            found = getattr(opened, look)
+            tables += len(found() if callable(found) else found) >= 0
+        except InputError:
+            continue
+    opened.snapshot(0.0)
+    print(f"{opened._repr_html_()}; {len(opened.snapshots)} snapshots, {tables} tables")
+
+
+def test_every_command_stands_in_the_table():
+    scripts = tomllib.loads((Path(__file__).parents[2] / "pyproject.toml").read_text())["project"]["scripts"]
+    assert {line.split()[0] for line in SAID} == {*scripts, "python_door"}
 
 
 def tree(place: Path) -> dict[str, str]:
