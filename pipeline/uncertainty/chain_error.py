@@ -235,11 +235,13 @@ def row(crater: str, name: str, measured: dict[str, Any], draws: list[Member]) -
 
 
 def _measuring(entries: list[dict[str, Any]]) -> float:
-    """Root mean square of the measuring errors of the draws, without a chain error that they may carry."""
-    squares = [
-        (entry.get("sigma") or 0.0) ** 2 - ((entry.get("sigma_parts") or {}).get("chain") or 0.0) ** 2
-        for entry in entries
-    ]
+    """Root mean square of the measuring errors of the draws, without a chain error that they may carry; of a run that
+    is not resolved by their parts, since it states no error."""
+    squares = []
+    for entry in entries:
+        parts = entry.get("sigma_parts") or {}
+        whole = math.hypot(*parts.values()) if entry.get("sigma") is None else entry["sigma"]
+        squares.append(whole**2 - (parts.get("chain") or 0.0) ** 2)
     return math.sqrt(max(0.0, float(np.mean(squares))))
 
 

@@ -196,3 +196,12 @@ def test_a_row_is_written_in_units_of_its_size(measure, value, factor, unit):
         "0",
         unit,
     ]
+
+
+def test_a_run_that_states_no_error_is_measured_by_its_parts():
+    stated = {"value": 10.0, "sigma": 5.0, "sigma_parts": {"azimuth": 3.0, "datum": 4.0}}
+    for entry in (stated, {**stated, "sigma": None}):
+        assert chain_error._measuring([entry]) == pytest.approx(5.0)
+    assert (
+        chain_error._measuring([{"value": 10.0, "sigma": 13.0, "sigma_parts": {"azimuth": 5.0, "chain": 12.0}}]) == 5.0
+    )
