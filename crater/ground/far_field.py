@@ -11,6 +11,7 @@ curvature and grows from turn to turn.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -298,7 +299,7 @@ def _error_shapes(covariance: np.ndarray, centre_free: bool, radius_free: bool) 
     return tuple((float(c), float(k)) for c, k in rows)
 
 
-def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:
+def level_of_method(ground: Relief, radius: float, before_known: bool = False) -> tuple[float, float]:
     """How far the colour field stands above the column method outside the crater, and the error of a level [m]: half
     of that, and ``REARRANGED`` spacings. Both go as the spacing: they are those of the spacing at the crater's edge.
     (Offset 0 where the column method was not used.)
@@ -306,6 +307,10 @@ def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:
     The column method counts volume and is right on average; the colour field stands low on very irregular clouds (by
     0.03 spacings for a shaken lattice, 0.2 for independent random points). Which shows only when the datum is given
     and not fitted by the same method.
+
+    Where heights are over the ground before the impact (``before_known``), of each method over its own, the offset is
+    what stirring the ground did to the colour field: the standard error of its mean over the rings then stands in
+    place of ``REARRANGED``. Rings are two to a spacing, so that neighbours are not independent.
     """
     columns = ground.columns
     spacing = float(np.interp(radius, columns.distance, columns.spacing))
@@ -316,8 +321,12 @@ def level_of_method(ground: Relief, radius: float) -> tuple[float, float]:
     good = np.isfinite(difference) & (np.abs(difference) < 2.0)
     if not good.any():
         return 0.0, 2.0 * REARRANGED * spacing
-    area = np.broadcast_to(
-        ground.datum.area_between(columns.edges[:-1], columns.edges[1:])[ring][:, None], difference.shape
-    )
-    offset = float(np.average(difference[good], weights=area[good])) * spacing
-    return offset, float(np.hypot(0.5 * offset, REARRANGED * spacing))
+    area = ground.datum.area_between(columns.edges[:-1], columns.edges[1:])[ring]
+    weight = area * good.sum(axis=1)
+    mean = np.where(good, difference, 0.0).sum(axis=1) / np.maximum(good.sum(axis=1), 1)
+    offset = float(np.average(mean, weights=weight))
+    rings = int(np.count_nonzero(weight))
+    error = REARRANGED
+    if before_known and rings >= FEWEST_RINGS:
+        error = math.sqrt(2.0 * float(np.sum((weight * (mean - offset)) ** 2))) / float(weight.sum())
+    return offset * spacing, float(np.hypot(0.5 * offset, error)) * spacing

@@ -144,7 +144,7 @@ def _over_ground_before(ground: Relief, radius: float) -> tuple[Relief, tuple[tu
     that is known, and otherwise what the outermost ground stands at, blanket and all, is in the error (uniform between
     zero and that).
     """
-    _, method = far_field.level_of_method(ground, radius)
+    _, method = far_field.level_of_method(ground, radius, before_known=True)
     value, sigma = far_field.level(ground, radius)
     reason = (
         f"fewer than {far_field.FEWEST_FAR} rings of ground lie beyond {far_field.FAR:g} crater radii: it ends at "

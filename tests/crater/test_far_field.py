@@ -40,7 +40,7 @@ def errors(seeds, ends: float, known: bool) -> dict[str, np.ndarray]:
     return {name: np.array(values) for name, values in rows.items()}
 
 
-@pytest.mark.parametrize("ends", [1.5, 2.2])
+@pytest.mark.parametrize("ends", [1.5, pytest.param(2.2, marks=pytest.mark.validation)])
 def test_the_blanket_is_no_datum_where_the_ground_before_is_known(ends):
     """At 1.5 rim radii the blanket stands at 0.03 radii: taken for the far field it makes depths 9 %, volumes 15 % too
     large and rims 40 % too low."""

@@ -37,7 +37,7 @@ def test_the_fraction_of_steady_shear(monkeypatch):
     assert friction_angle.loose_fraction(LAW) == pytest.approx(FRACTION, abs=0.003)
 
 
-@pytest.fixture(scope="module", params=["bowl", "box", "cylinder"])
+@pytest.fixture(scope="module", params=["bowl", pytest.param("box", marks=pytest.mark.validation), "cylinder"])
 def loose(request, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction_angle, "loose_fraction", lambda contact: FRACTION)

@@ -20,7 +20,7 @@ def brute(X, skin):
 
 
 @pytest.mark.parametrize("ratio", [5.0, 12.0])
-@pytest.mark.parametrize("seed", [1, 2])
+@pytest.mark.parametrize("seed", [1, pytest.param(2, marks=pytest.mark.validation)])
 def test_the_list_by_classes_is_that_of_brute_force(ratio, seed):
     rng = np.random.default_rng(seed)
     n = 900

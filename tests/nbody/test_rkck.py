@@ -41,6 +41,7 @@ def test_same_particles_enter_at_the_same_time_speed_and_elevation(both):
         assert np.degrees(quick["angle"][row] - literal["angle"][other]) == pytest.approx(0.0, abs=0.05)
 
 
+@pytest.mark.validation
 def test_against_ias15_over_a_year(lot, both):
     rebound = pytest.importorskip("rebound", reason="oracle of the [test] extra")
     table = both[1].table

@@ -110,6 +110,7 @@ def test_a_wall_is_where_the_mirrored_half_would_be():
         assert np.abs(one - many).max() < 1e-11 * np.abs(many).max(), name
 
 
+@pytest.mark.validation
 def test_total_energy_in_a_room_over_many_steps():
     """Walls at rest do no work: the drift while half the motion turns to heat is the integrator's, and falls with its
     step."""

@@ -66,6 +66,7 @@ def test_columns_that_others_take_are_not_shared(other):
         c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=1.0))
 
 
+@pytest.mark.validation
 def test_a_spinning_ball_keeps_the_heat_of_its_core():
     """A quarter of a turn, 50 crossings of sound: its pressure hangs on that heat, and none of it is carried."""
     with_it, without = (

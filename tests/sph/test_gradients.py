@@ -76,7 +76,7 @@ def test_momenta_and_total_energy_are_kept(options):
     assert np.abs(plain.sum(axis=0)).max() > 1e-4 * np.abs(plain).sum()
 
 
-@pytest.mark.parametrize("first", [False, True])
+@pytest.mark.parametrize("first", [False, pytest.param(True, marks=pytest.mark.validation)])
 def test_a_linear_flow_is_exact_up_to_the_surface(first):
     c = ball(first=first)
     L = np.array([[1.0, 0.4, -0.3], [0.2, -0.5, 0.7], [0.1, 0.6, 0.3]]) * 1e-3

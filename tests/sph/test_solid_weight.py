@@ -101,6 +101,7 @@ def test_a_literal_start_bears_nothing():
     assert (solid_target.weight(literal, collect(("basalt",)), built.position, built.mass) == 0.0).all()
 
 
+@pytest.mark.validation
 def test_a_body_that_bears_its_weight_stays_at_rest_also_across_a_softer_late_stage(tmp_path, monkeypatch):
     """A literal start falls by g t, some 0.7 mm/s in four seconds, all of it."""
     (tmp_path / "case.toml").write_text(CASE)
