@@ -114,15 +114,15 @@ def test_inputs_that_cannot_be_handed_over(bowl, bed):
     with pytest.raises(InputError, match=r"all .* ejecta"):
         hand(changed(bowl, velocity=np.tile([0.0, 0.0, 1e3], (n, 1))), bed)
     with pytest.raises(InputError, match="no crater"):
-        flat = clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.zeros_like(p))
+        flat = clouds.flat_source(3.3, 21.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.zeros_like(p))
         hand(flat, bed)
     assert hand(flat, bed, crater="any").carving.size.radius == 0.0
     with pytest.raises(InputError, match="wider than"):
-        hand(clouds.flat_source(2.2, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
+        hand(clouds.flat_source(3.3, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
     with pytest.raises(InputError, match="headroom"):
         hand(
             clouds.flat_source(
-                2.2,
+                3.3,
                 21.0,
                 12.0,
                 lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 8.0),
