@@ -126,7 +126,10 @@ class Run:
 
         from crater.comparison import craters
         from matter.wording.crater_measures import UNITS
+        from pipeline.store import intact
 
+        for other in (self, *others):
+            intact.check_shown(other.folder if isinstance(other, Run) else Path(other), "crater")
         items = [craters.holdings(str(other.folder if isinstance(other, Run) else other)) for other in (self, *others)]
         chosen, said = craters.chosen(items, stage)
         rows = [

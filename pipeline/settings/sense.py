@@ -297,16 +297,18 @@ def crater(sph: Any) -> Any:
 
 def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) -> Iterator[str]:
     from sph.planning import durations
+    from sph.strength import dispatch as strengths
 
     expected = crater(sph)
     if expected.held and "dem" in stages:
         yield "strength holds this crater, and the case asks for a collapse of loose grains: they will let it slump"
     materials, ground = sph.chosen_materials(), sph.target.layers[-1].material
-    flawed = sph.damage and materials.rows.flawed[materials.index(ground)] > 0.0
-    if expected.held and expected.ground.strength > 0.0 and not flawed:
+    i, rows = materials.index(ground), materials.rows
+    rock = strengths.FAMILY.having("RUBS")[rows.strength[i]]  # metals are as strong at any size
+    if expected.held and expected.ground.strength > 0.0 and rock and not (sph.damage and rows.flawed[i] > 0.0):
         yield (
             f"the strength of {ground} ({_pressure(expected.ground.strength)}) does not fall with size: no [weibull], "
-            f"or damage is off; {readable.length(expected.diameter)} of rock are weaker than a sample"
+            f"or damage is off; rock {readable.length(expected.diameter)} wide is weaker than a sample"
         )
     if "crater" in stages and not sph.late:
         time = durations.crater_time(sph.target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)

@@ -212,6 +212,8 @@ def test_a_result_that_was_altered_is_refused_and_never_read_as_good(run):
         flipped(run.folder / name, -20, 1)
         with pytest.raises(bolide.InputError, match=rf"is not as the stage left it: {Path(name).name} has other"):
             read()
+    with pytest.raises(bolide.InputError, match=r"is not as the stage left it: .* has other"):
+        run.compare(run)
 
 
 @pytest.mark.parametrize("content", [b"a,b\n1,2\n1,2,3\n", b"a,b\n1,\xff\n", b"", b'a,"b\n1,2\n'])

@@ -248,7 +248,7 @@ def test_encounters_find_speed_and_angle_together(tmp_path):
     )
 
 
-@pytest.mark.parametrize(("material", "said"), [("sandstone", True), ("granite", False)])
+@pytest.mark.parametrize(("material", "said"), [("sandstone", True), ("granite", False), ("copper", False)])
 def test_strength_that_does_not_fall_with_size_is_said(tmp_path, material, said):
     """Granite has flaws; the sandstone's 1.5 MPa holds a crater of metres whatever its size."""
     text = "[target]\n" + HALF_SPACE.replace("granite", material) + IMPACT % "0.5 m"
