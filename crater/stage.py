@@ -296,12 +296,12 @@ def _launches(setting: Setting, moment: series.Moment | None, shots: Sequence[Pa
     event, spacing = setting.event, float(snapshot.attributes(shots[0]).get("spacing_at_impact_m", 0.0))
     launched = launch.launched((snapshot.read(path) for path in shots[1:]), setting.gravity, launch.ABOVE * spacing)
     fit = launch.fit(launched, event, radius)
-    place, speed, angle, number = fit.table.T
-    sand = scaling.launch_speed(event, place * event.radius, radius)
+    distance, speed, angle, number = fit.table.T
+    sand = scaling.launch_speed(event, distance * event.radius, radius)
     return {
         "mu": {"value": fit.mu, "sigma": fit.mu_sigma}, "C1": {"value": fit.c1, "sigma": fit.c1_sigma},
         "apparent_radius_m": radius,
-        "x_over_a": place.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(),
+        "x_over_a": distance.tolist(), "v_over_U": speed.tolist(), "angle_deg": np.degrees(angle).tolist(),
         "particles": number.astype(int).tolist(),
         "sand_v_over_U": (sand / (event.speed * np.cos(event.angle))).tolist(),
     }  # fmt: skip

@@ -83,10 +83,10 @@ def body_of(settings: Any, shape: Shape, facts: Mapping[str, Any], mass: float) 
     target = settings.target
     companion, orbit, track = facts.get("companion"), None, None
     if companion:
-        place = np.array(companion["place_m"], dtype=float)
-        # the body is at -place from its companion, and flies round the axis
-        track = np.cross(np.array(companion["axis"], dtype=float), -place) / np.linalg.norm(place)
-        orbit = Orbit(float(companion["mass_kg"]), float(np.linalg.norm(place)), track)
+        position = np.array(companion["place_m"], dtype=float)
+        # the body is at -position from its companion, and flies round the axis
+        track = np.cross(np.array(companion["axis"], dtype=float), -position) / np.linalg.norm(position)
+        orbit = Orbit(float(companion["mass_kg"]), float(np.linalg.norm(position)), track)
     if settings.along_track is not None:
         own = np.array(settings.along_track, dtype=float)
         track = target.placed.turn @ own / np.linalg.norm(own)
@@ -124,8 +124,17 @@ def seen_of(body: Body, first: Particles, last: Particles, before: str = "before
         look.at(particles, body.shape, standing, body.gravity, body.rise, name)
         for particles, name in ((first, before), (last, after))
     )
-    chart = height_map.of(body.shape, one, two)
-    return Seen(body.shape, body.omega, one, two, chart, exchange.of(one, two, body.brought), body.orbit, body.track)
+    chart = height_map.surface_change(body.shape, one, two)
+    return Seen(
+        body.shape,
+        body.omega,
+        one,
+        two,
+        chart,
+        exchange.momentum_exchange(one, two, body.brought),
+        body.orbit,
+        body.track,
+    )
 
 
 def write_map(stage: BodyStage, path: Path) -> None:
@@ -139,8 +148,8 @@ def write_map(stage: BodyStage, path: Path) -> None:
         "height_change": (chart.change, "m", "height after less height before the impact, along the normal"),
         "height_before": (chart.before, "m", "ground before the impact, over the shape"),
         "height_after": (chart.after, "m", "ground after it, over the shape"),
-        "height_error": (chart.error, "m", "error of a change of height where the surface is made anew"),
-        "made_anew": (chart.deep, "m", "depth to which the surface is made anew; 0 where it is not"),
+        "height_error": (chart.error, "m", "error of a change of height where the surface is resurfaced"),
+        "made_anew": (chart.deep, "m", "depth to which the surface is resurfaced; 0 where it is not"),
         "latitude": (latitude, "deg", "planetocentric latitude"),
         "longitude": (longitude, "deg", "planetocentric longitude, to the east"),
         "area": (chart.points.area, "m^2", "area that the point stands for"),
@@ -152,6 +161,6 @@ def write_map(stage: BodyStage, path: Path) -> None:
 
 
 def latitude_longitude(own: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Planetocentric latitude and longitude [deg] of places (n, 3) in the body's own frame."""
+    """Planetocentric latitude and longitude [deg] of positions (n, 3) in the body's own frame."""
     r = np.maximum(np.linalg.norm(own, axis=1), 1e-300)
     return np.degrees(np.arcsin(own[:, 2] / r)), np.degrees(np.arctan2(own[:, 1], own[:, 0]))

@@ -13,7 +13,7 @@ from crater.bodies.body_findings import BodyStage, latitude_longitude
 from crater.drawing.figure import INK, figure, grid, save
 from matter.wording import readable
 
-HEIGHTS, ANEW, OUTLINES = "body_heights.png", "body_made_anew.png", "body_outlines.png"
+HEIGHTS, RESURFACED, OUTLINES = "body_heights.png", "body_made_anew.png", "body_outlines.png"
 _ABOUT = 40.0
 """Half the width of the map about the site [deg]."""
 _MIXED = 4
@@ -29,7 +29,7 @@ def draw_all(stage: BodyStage, folder: Path) -> None:
     deepest = max(float(chart.deep.max()), float(chart.spacing.min()))
     scale, unit = readable.length_unit(deepest)
     style = dict(cmap="YlOrBr", vmin=0.0, vmax=deepest * scale)
-    _draw(stage, chart.deep * scale, f"depth to which the surface is made anew [{unit}]", style, folder / ANEW)
+    _draw(stage, chart.deep * scale, f"depth to which the surface is resurfaced [{unit}]", style, folder / RESURFACED)
     draw_outlines(stage, folder / OUTLINES)
 
 
@@ -94,11 +94,11 @@ def cuts(stage: BodyStage) -> list[tuple[str, str, str, np.ndarray, np.ndarray]]
     ]
 
 
-def outline(place: np.ndarray, triangles: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+def outline(position: np.ndarray, triangles: np.ndarray, first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """Segments (n, 2, 2) [m] in which a plane through the centre, along ``first`` and ``second``, cuts a surface."""
     import trimesh
 
-    mesh = trimesh.Trimesh(place, triangles, process=False)
+    mesh = trimesh.Trimesh(position, triangles, process=False)
     lines = trimesh.intersections.mesh_plane(mesh, np.cross(first, second), np.zeros(3))
     lines = np.asarray(lines).reshape(-1, 2, 3)
     return np.stack([lines @ first, lines @ second], axis=-1)

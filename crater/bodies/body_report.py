@@ -27,7 +27,7 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
     if not stages:
         return ""
     last = stages[-1]
-    heads = [f"{STAGES[stage.stage]}<br>({page.escape(readable.clock(stage.time))})" for stage in stages]
+    labels = [f"{STAGES[stage.stage]}<br>({page.escape(readable.clock(stage.time))})" for stage in stages]
     pairs = [[BY_NAME[name].words, *_three(last.measures[name])] for name in PAIRS]
     singles = [
         [BY_NAME[name].words, *(page.escape(_shown(stage.measures[name])) for stage in stages)] for name in SINGLES
@@ -41,7 +41,7 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
             f"<h2>The body</h2><p>After {page.escape(STAGES[last.stage])}, {page.escape(when)}: "
             f"<b>{page.escape(WORDS[last.kind])}</b> ({page.escape(last.reason)}).</p>",
             page.table(["", "before", "after", "change"], pairs),
-            page.table(["", *heads], singles),
+            page.table(["", *labels], singles),
             "<p class=note>The body is the largest group of particles that touch. Axes are those of the even "
             "ellipsoid of its inertia; before and after are of the same particles, so that a change is known better "
             f"than either. The ground of the particles departs from the shape that they fill by {noise} spacings. The "
@@ -55,9 +55,9 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
                 out / body_plot.OUTLINES, "The ground before and after in three planes through the centre of mass."
             ),
             page.picture(
-                out / body_plot.ANEW,
-                "How deep the surface is made anew: down to the highest particle that neither went nor moved by more "
-                "than a spacing.",
+                out / body_plot.RESURFACED,
+                "Depth to which the surface is resurfaced: down to the highest particle that neither went nor moved "
+                "by more than a spacing.",
             ),
         ]
     )
@@ -75,7 +75,7 @@ def _shown(entry: Quantity | Pair) -> str:
     return readable.measured(entry.value, entry.sigma, entry.unit)
 
 
-def lines(body: Mapping[str, Any]) -> list[str]:
+def body_lines(body: Mapping[str, Any]) -> list[str]:
     """The same of ``measures.json`` for the terminal."""
     entry = body.get(body.get("final", ""))
     if not entry:

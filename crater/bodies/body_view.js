@@ -47,7 +47,7 @@ turningView("body", function (d, tools) {
     legend: function (kind, shown) {
       var limit = Number((d.limit * d.scale).toPrecision(2)), deep = Number((d.deepest * d.scale).toPrecision(2));
       if (!shown) return "";
-      return kind === "change" ? tools.bar("change", "−" + limit, limit, "change of height") : tools.bar("anew", 0, deep, "made anew down to");
+      return kind === "change" ? tools.bar("change", "−" + limit, limit, "change of height") : tools.bar("anew", 0, deep, "resurfaced down to");
     },
     // the site towards the reader, a little from above
     start: { yaw: Math.atan2(s[1], s[0]) + Math.PI / 2, pitch: Math.max(-1.2, Math.min(1.2, Math.asin(site[2]) + 0.25)), zoom: 1 },

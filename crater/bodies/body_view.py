@@ -1,5 +1,5 @@
 """A body of any shape that the reader turns, inside the page: its ground before or after the impact, coloured by the
-change of height along the normals or by how deep it is made anew.
+change of height along the normals or by how deep it is resurfaced.
 
 The numbers go into the page as a few arrays of bytes (some 20 per point), drawn by ``body_view.js`` in the reader's
 browser (``crater.drawing.turning_view``).
@@ -31,7 +31,7 @@ def of_stage(stage: BodyStage, title: str) -> str:
     installed, and for a mesh of more corners than two bytes count."""
     if not drawing.has():
         return ""
-    chart = thinned(stage)
+    chart = coarsened(stage)
     return html(data(stage, chart), title) if len(chart.points.place) <= _CORNERS else ""
 
 
@@ -40,8 +40,8 @@ def data(stage: BodyStage, chart: HeightMap) -> dict[str, Any]:
 
     Corners ``before`` and ``after`` (n, 3) in 1 / 32767 of ``half`` [m], the body's largest distance from its centre,
     ``triangles`` (m, 3) of them; of each corner the byte of its ``change`` of height, from -``limit`` to ``limit``
-    [m], and of the depth to which it is made anew (``anew``), from 0 to ``deepest`` [m]. ``site`` (3,): where the
-    impact was.
+    [m], and of the depth to which it is resurfaced (``resurfaced``), from 0 to ``deepest`` [m]. ``site`` (3,): where
+    the impact was.
     """
     turn = stage.seen.shape.placed.turn
     ends = [chart.ground(after) @ turn for after in (False, True)]
@@ -50,13 +50,13 @@ def data(stage: BodyStage, chart: HeightMap) -> dict[str, Any]:
     deepest = max(float(chart.deep.max()), float(chart.spacing.min()))
     top = turning_view.COLOURS - 1
     change = np.round(top * np.clip(0.5 + 0.5 * chart.change / limit, 0.0, 1.0)).astype(np.uint8)
-    anew = np.round(top * np.clip(chart.deep / deepest, 0.0, 1.0)).astype(np.uint8)
+    resurfaced = np.round(top * np.clip(chart.deep / deepest, 0.0, 1.0)).astype(np.uint8)
     counts = [np.round(_STEPS * end / half).astype("<i2") for end in ends]
     return {
         "half": half, "limit": limit, "deepest": deepest,
         "before": turning_view.text(counts[0]), "after": turning_view.text(counts[1]),
         "triangles": turning_view.text(chart.points.triangles.astype("<u2")),
-        "change": turning_view.text(change), "anew": turning_view.text(anew),
+        "change": turning_view.text(change), "anew": turning_view.text(resurfaced),
         "site": (np.array([0.0, 0.0, stage.seen.shape.placed.height]) @ turn / half).tolist(),
         "colours": {"change": turning_view.colours("RdBu_r"), "anew": turning_view.colours("YlOrBr")},
     }  # fmt: skip
@@ -78,7 +78,7 @@ def html(content: Mapping[str, Any], title: str) -> str:
     )
     controls = (
         "<label>colour <select id=body-colour><option value=change>change of height</option><option "
-        "value=anew>depth made anew</option></select></label>"
+        "value=anew>resurfaced depth</option></select></label>"
         "<label><input type=checkbox id=body-after checked> after the impact</label>"
         "<label>change × <select "
         "id=body-stretch><option>1</option><option>2</option><option>4</option></select></label>"
@@ -87,7 +87,7 @@ def html(content: Mapping[str, Any], title: str) -> str:
     return turning_view.html("body", controls, "interactive view of the body", words, facts, Path(__file__))
 
 
-def thinned(stage: BodyStage) -> HeightMap:
+def coarsened(stage: BodyStage) -> HeightMap:
     """The map, or what it says at fewer points."""
     chart = stage.seen.chart
     n = len(chart.points.place)
@@ -95,14 +95,14 @@ def thinned(stage: BodyStage) -> HeightMap:
         return chart
     near = cKDTree(chart.points.place)
 
-    def apart(wider: float) -> Points:
+    def spread_points(wider: float) -> Points:
         """Points that are this much further apart."""
-        return stage.seen.shape.points(lambda place: wider * chart.spacing[near.query(place)[1]])
+        return stage.seen.shape.points(lambda position: wider * chart.spacing[near.query(position)[1]])
 
     wider, fewer = np.sqrt(n / MOST_POINTS), chart.points
     for _ in range(6):  # a mesh of many facets has no fewer corners than these
         wider *= 1.2
-        fewer = apart(wider)
+        fewer = spread_points(wider)
         if len(fewer.place) <= MOST_POINTS:
             break
     _, here = near.query(fewer.place)

@@ -1,14 +1,14 @@
 """What an impact left of a body: one of ``CLASSES``, with its reason. All of it is this project's own but for what
 Thomas (1999) saw.
 
-Of the change of height dh over the surface A of before, with the error e of a place that is made anew
+Of the change of height dh over the surface A of before, with the error e of a resurfaced position
 (``HeightMap.error``), only what exceeds ``SURE`` e counts:
 
     changed = A(|dh| > SURE e) / A              spread = (int |dh| dA)^2 / (A int dh^2 dA)
 
-``spread`` is the share of the surface that the same change would take were it even (the participation ratio); it is at
-most ``changed``: 3/4 of the hollow's own share for a paraboloid, 0.74 of ``changed`` or so where an ellipsoid gets
-other axes. A hollow of apparent diameter D takes the share of the surface
+``spread`` is the fraction of the surface that the same change would take were it even (the participation ratio); it is
+at most ``changed``: 3/4 of the hollow's own fraction for a paraboloid, 0.74 of ``changed`` or so where an ellipsoid
+gets other axes. A hollow of apparent diameter D takes the fraction of the surface
 
     q = pi D^2 / (4 A),        on a ball q = sin^2(theta / 2) at theta to either side, seen from the centre
 
@@ -20,7 +20,7 @@ less ground lies round a hollow than its own radius, and a diameter of it is no 
 
     reshaped       spread > sin^2(WIDEST / 2), or a hollow with q above that; or no hollow, but an axis changed by more
                    than ``SURE`` times its error and by more than the error of a change of height, or more than
-                   ``ANEW`` of the surface is made anew
+                   ``RESURFACED`` of the surface is resurfaced
     crater         a hollow about the site: closed, deeper than the noise (``crater.measures.measure``), q at most
                    that, and at least ``RESOLVED`` radii of a grain wide
     not resolved   one that is narrower, or too shallow to have a diameter
@@ -47,19 +47,19 @@ SOURCES = ("Thomas1999",)
 CLASSES = ("crater", "not resolved", "reshaped", "no hollow")
 RESOLVED = 10.0
 """Radii of a grain across the narrowest hollow that is measured."""
-ANEW = 0.05
-"""Share of the surface."""
+RESURFACED = 0.05
+"""Fraction of the surface."""
 SURE = 3.0
 """Standard deviations."""
 WIDEST = math.radians(45.0)
 """Half the angle that the widest crater takes of a ball, seen from its centre."""
 LOCAL = math.sin(0.5 * WIDEST) ** 2
-"""Share of a ball's surface within ``WIDEST`` of a point."""
+"""Fraction of a ball's surface within ``WIDEST`` of a point."""
 
 
 class Extent(NamedTuple):
-    """Of the change of height: the share of the surface that ``changed`` for sure, and the share over which it would
-    be ``spread`` were it even."""
+    """Of the change of height: the fraction of the surface that ``changed`` for sure, and the fraction over which it
+    would be ``spread`` were it even."""
 
     changed: float
     spread: float
@@ -74,14 +74,14 @@ def extent_of(chart: HeightMap) -> Extent:
     return Extent(float(area[change != 0.0].sum()), spread)
 
 
-def share_of(diameter: float, chart: HeightMap) -> float:
-    """Share q of the body's surface that a hollow of this apparent ``diameter`` [m] takes."""
+def area_fraction(diameter: float, chart: HeightMap) -> float:
+    """Fraction q of the body's surface that a hollow of this apparent ``diameter`` [m] takes."""
     return 0.25 * math.pi * diameter**2 / float(chart.points.area.sum())
 
 
-def half_angle(share: float) -> float:
-    """Angle [deg] to either side, seen from the centre of a ball, of a cap with this share of its surface."""
-    return 2.0 * math.degrees(math.asin(math.sqrt(min(share, 1.0))))
+def half_angle(fraction: float) -> float:
+    """Angle [deg] to either side, seen from the centre of a ball, of a cap with this fraction of its surface."""
+    return 2.0 * math.degrees(math.asin(math.sqrt(min(fraction, 1.0))))
 
 
 def grain_radius(seen: Seen, crater: Measures, diameter: float) -> float:
@@ -102,33 +102,33 @@ def classed(seen: Seen, measures: Mapping[str, Quantity | Pair], crater: Measure
     far = f"the change of height is as if spread evenly over {extent.spread:.0%} of the surface"
     limit = f"the widest crater takes {LOCAL:.0%}"
     if crater is not None and size is not None:
-        share, radius = share_of(size, seen.chart), grain_radius(seen, crater, size)
+        fraction, radius = area_fraction(size, seen.chart), grain_radius(seen, crater, size)
         words = (
             f"a hollow {readable.length(size)} wide, {size / radius:.3g} radii of a grain, "
-            f"{half_angle(share):.0f} deg to either side seen from the centre"
+            f"{half_angle(fraction):.0f} deg to either side seen from the centre"
         )
-        if share > LOCAL:
-            return "reshaped", f"{words}, takes {share:.0%} of the surface: {limit}"
+        if fraction > LOCAL:
+            return "reshaped", f"{words}, takes {fraction:.0%} of the surface: {limit}"
         if extent.spread > LOCAL:
             return "reshaped", f"{words}, but {far}: {limit}"
         if size < RESOLVED * radius:
             return "not resolved", f"{words}: fewer than {RESOLVED:g} resolve nothing"
         return "crater", f"{words}; {far}"
-    anew = f"{seen.chart.share:.1%} of the surface is made anew"
+    resurfaced = f"{seen.chart.resurfaced_fraction:.1%} of the surface is resurfaced"
     if extent.spread > LOCAL:
-        return "reshaped", "; ".join([f"{far}: {limit}", anew, *_moved(seen, measures)])
+        return "reshaped", "; ".join([f"{far}: {limit}", resurfaced, *_moved(seen, measures)])
     if crater is not None and (crater["depth_m"].value or 0.0) > 0.0:
         return "not resolved", crater["diameter_apparent_m"].reason
-    if (moved := _moved(seen, measures)) or seen.chart.share > ANEW:
-        return "reshaped", "; ".join([f"no hollow at the site, {anew}", *moved])
+    if (moved := _moved(seen, measures)) or seen.chart.resurfaced_fraction > RESURFACED:
+        return "reshaped", "; ".join([f"no hollow at the site, {resurfaced}", *moved])
     return "no hollow", (
-        f"nothing at the site is deeper than the noise of the ground, no axis changed beyond its error, {anew}"
+        f"nothing at the site is deeper than the noise of the ground, no axis changed beyond its error, {resurfaced}"
     )
 
 
 def _moved(seen: Seen, measures: Mapping[str, Quantity | Pair]) -> list[str]:
     """In words, the axes that changed by more than their error and than that of a change of height: grains that shake
-    in their places widen the ellipsoid of their inertia a little."""
+    in their positions widen the ellipsoid of their inertia a little."""
     noise = float(np.average(seen.chart.error, weights=seen.chart.points.area))
     found = []
     for name, entry in measures.items():

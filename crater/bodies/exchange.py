@@ -58,7 +58,7 @@ class Exchange(NamedTuple):
         return self.stays / self.mass
 
 
-def of(before: Look, seen: Look, brought: np.ndarray) -> Exchange:
+def momentum_exchange(before: Look, seen: Look, brought: np.ndarray) -> Exchange:
     """What looks at the body before and after show of a projectile that ``brought`` a momentum (3,) [kg m/s]."""
     whole = before.particles.select(before.body)
     p = seen.particles

@@ -1,5 +1,5 @@
 """How the surface of a body changed: heights along the normals of its surface before the impact, before and after, and
-how deep it is made anew.
+how deep it is resurfaced.
 
     change = h_after - h_before                     h by the colour field of the particles (``crater.bodies.levels``)
     noise  = 1.4826 median |h_before - median|      in local spacings, of the undisturbed body
@@ -7,9 +7,9 @@ how deep it is made anew.
 ``noise`` is by how far a surface of particles departs from the one that they fill; two that have nothing in common
 differ by sqrt(2) of it, and where nothing moved the change is far smaller.
 
-A place is made anew where a particle that lay at the surface has gone or moved against the body by more than ``MOVED``
-spacings, or where more than a spacing lies on it. How deep: from the surface of before down to the highest particle
-under it that neither went nor moved.
+A position is resurfaced where a particle that lay at the surface has gone or moved against the body by more than
+``MOVED`` spacings, or where more than a spacing lies on it. How deep: from the surface of before down to the highest
+particle under it that neither went nor moved.
 """
 
 from __future__ import annotations
@@ -26,12 +26,13 @@ from matter.solids.body_shape import Points, Shape, enclosed
 MOVED = 1.0
 """Spacings (two radii of a grain) by which matter has to move against the body to count as moved."""
 UNDER = 0.75
-"""A particle lies under a place where their feet are within this many spacings."""
+"""A particle lies under a position where their feet are within this many spacings."""
 
 
 class HeightMap(NamedTuple):
     """On ``points`` of the surface of before, with local ``spacing`` (n,) [m]: the ground ``before`` and ``after``
-    (n,) [m] over it; ``noise`` [spacings]; ``deep`` (n,) [m], how deep the surface is made anew, 0 where it is not."""
+    (n,) [m] over it; ``noise`` [spacings]; ``deep`` (n,) [m], how deep the surface is resurfaced, 0 where it is
+    not."""
 
     points: Points
     spacing: np.ndarray
@@ -47,7 +48,7 @@ class HeightMap(NamedTuple):
 
     @property
     def error(self) -> np.ndarray:
-        """Error (n,) [m] of a change of height where the ground is made anew."""
+        """Error (n,) [m] of a change of height where the ground is resurfaced."""
         return np.sqrt(2.0) * self.noise * self.spacing
 
     def ground(self, after: bool) -> np.ndarray:
@@ -56,29 +57,29 @@ class HeightMap(NamedTuple):
         return self.points.place + height[:, None] * self.points.normal
 
     @property
-    def share(self) -> float:
-        """Share of the surface that is made anew."""
+    def resurfaced_fraction(self) -> float:
+        """Fraction of the surface that is resurfaced."""
         return float(self.points.area[self.deep > 0.0].sum() / self.points.area.sum())
 
     def gained(self) -> tuple[float, float]:
-        """Volume [m^3] that the body gained, and its error: of patches of two spacings that are made anew, each with
+        """Volume [m^3] that the body gained, and its error: of patches of two spacings that are resurfaced, each with
         the error of its change of height."""
         volume = enclosed(self.ground(True), self.points.triangles) - enclosed(
             self.ground(False), self.points.triangles
         )
-        anew, patch = self.deep > 0.0, (2.0 * self.spacing) ** 2
-        return volume, float(np.sqrt(np.sum((self.points.area * patch * self.error**2)[anew])))
+        resurfaced, patch = self.deep > 0.0, (2.0 * self.spacing) ** 2
+        return volume, float(np.sqrt(np.sum((self.points.area * patch * self.error**2)[resurfaced])))
 
 
-def of(shape: Shape, before: Look, after: Look) -> HeightMap:
+def surface_change(shape: Shape, before: Look, after: Look) -> HeightMap:
     """The map of a body between two looks at it."""
-    points = shape.points(lambda place: levels.local_spacing(before.cloud, place))
+    points = shape.points(lambda position: levels.local_spacing(before.cloud, position))
     spacing = levels.local_spacing(before.cloud, points.place)
     first = levels.heights(shape, points, before.cloud)
     last = levels.heights(shape, points, after.cloud)
     away = first - np.median(first)
     noise = 1.4826 * float(np.median(np.abs(away) / spacing))
-    deep = made_anew(shape, points, spacing, first, last, before, after)
+    deep = resurfaced_depth(shape, points, spacing, first, last, before, after)
     return HeightMap(points, spacing, first, last, noise, deep)
 
 
@@ -89,11 +90,11 @@ def unmoved(before: Look, after: Look) -> np.ndarray:
     order = np.argsort(two.identity)
     at = order[np.minimum(np.searchsorted(two.identity, one.identity[rows], sorter=order), len(order) - 1)]
     same = (two.identity[at] == one.identity[rows]) & after.body[at]
-    way = np.linalg.norm(after.place[at] - before.place[rows], axis=1)
+    way = np.linalg.norm(after.position[at] - before.position[rows], axis=1)
     return same & (way < MOVED * before.size)
 
 
-def made_anew(
+def resurfaced_depth(
     shape: Shape,
     points: Points,
     spacing: np.ndarray,
@@ -102,7 +103,7 @@ def made_anew(
     before: Look,
     after: Look,
 ) -> np.ndarray:
-    """Depth (n,) [m] to which the ground under each point is made anew."""
+    """Depth (n,) [m] to which the ground under each point is resurfaced."""
     rests = unmoved(before, after)
     foot = shape.under(before.cloud.position)
     top = foot.height + 0.5 * before.size

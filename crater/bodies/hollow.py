@@ -28,16 +28,16 @@ def across(chart: HeightMap) -> Quantity:
     spacing = float(chart.spacing[deepest])
     if chart.change[deepest] > -2.0 * spacing:
         return Quantity(None, None, "m", "no change of height is deeper than two spacings")
-    half, whole = (_area(chart, deepest, share) for share in (0.5, 1.0))
+    half, whole = (_area(chart, deepest, fraction) for fraction in (0.5, 1.0))
     wide = 2.0 * math.sqrt(max(2.0 * half - whole, half) / math.pi)
     level = 0.5 * (wide - 2.0 * math.sqrt(half / math.pi))
     return quantity(wide, {"level": level, "resolution": 0.5 * spacing}, "m")
 
 
-def _area(chart: HeightMap, deepest: int, share: float) -> float:
-    """Area [m^2] of what hangs together with the point ``deepest`` and lies a ``share`` of the spacing below the
+def _area(chart: HeightMap, deepest: int, fraction: float) -> float:
+    """Area [m^2] of what hangs together with the point ``deepest`` and lies a ``fraction`` of the spacing below the
     ground of before."""
-    below = chart.change < -share * chart.spacing
+    below = chart.change < -fraction * chart.spacing
     ends = sides(chart.points.triangles).ends
     ends = ends[below[ends].all(axis=1)]
     n = len(below)

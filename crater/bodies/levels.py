@@ -1,8 +1,8 @@
 """Heights of a body's ground along the normals of its surface before the impact, as particles carry it.
 
 As in ``crater.ground.half_level``: the colour field c(x) = sum_j V_j W(x - x_j), with a kernel of two spacings'
-support, crosses 1/2, from above, with a spacing of matter above 1/2 under it. Here every column has its own place and
-direction.
+support, crosses 1/2, from above, with a spacing of matter above 1/2 under it. Here every column has its own position
+and direction.
 """
 
 from __future__ import annotations
@@ -23,22 +23,22 @@ _AT_ONCE = 4000
 
 
 @kernel
-def _highest(pair, particle, place, normal, position, spacing, top):
+def _highest(pair, particle, point, normal, position, spacing, top):
     """Raise ``top`` to the highest particle of each column of area spacing^2, plus half a spacing."""
     for n in range(len(pair)):
         i, j = pair[n], particle[n]
-        x, y, z = position[j, 0] - place[i, 0], position[j, 1] - place[i, 1], position[j, 2] - place[i, 2]
+        x, y, z = position[j, 0] - point[i, 0], position[j, 1] - point[i, 1], position[j, 2] - point[i, 2]
         t = x * normal[i, 0] + y * normal[i, 1] + z * normal[i, 2]
         if x * x + y * y + z * z - t * t < 0.3183 * spacing[j] ** 2:
             top[i] = max(top[i], t + 0.5 * spacing[j])
 
 
 @kernel
-def _add(pair, particle, place, normal, position, volume, spacing, low, step, colour):
+def _add(pair, particle, point, normal, position, volume, spacing, low, step, colour):
     """Add the kernels of particles to the columns that they reach."""
     for n in range(len(pair)):
         i, j = pair[n], particle[n]
-        x, y, z = position[j, 0] - place[i, 0], position[j, 1] - place[i, 1], position[j, 2] - place[i, 2]
+        x, y, z = position[j, 0] - point[i, 0], position[j, 1] - point[i, 1], position[j, 2] - point[i, 2]
         t = x * normal[i, 0] + y * normal[i, 1] + z * normal[i, 2]
         aside = x * x + y * y + z * z - t * t
         h = 2.0 * spacing[j]
@@ -71,16 +71,16 @@ def _crossed(colour, low, step, steps, height):
                 if gap >= steps:
                     top, solid = -1, 0
             if top >= 0 and solid >= steps:
-                share = 0.0
+                fraction = 0.0
                 if top + 1 < colour.shape[1]:
-                    share = (colour[i, top] - 0.5) / (colour[i, top] - colour[i, top + 1])
-                height[i] = low[i] + step[i] * (top + share)
+                    fraction = (colour[i, top] - 0.5) / (colour[i, top] - colour[i, top + 1])
+                height[i] = low[i] + step[i] * (top + fraction)
                 break
 
 
-def local_spacing(cloud: Cloud, place: np.ndarray) -> np.ndarray:
-    """Spacing (n,) [m] of the particle nearest to each of some places (n, 3)."""
-    return np.asarray(cloud.spacing[cKDTree(cloud.position).query(place)[1]])
+def local_spacing(cloud: Cloud, point: np.ndarray) -> np.ndarray:
+    """Spacing (n,) [m] of the particle nearest to each of some positions (n, 3)."""
+    return np.asarray(cloud.spacing[cKDTree(cloud.position).query(point)[1]])
 
 
 def heights(shape: Shape, points: Points, cloud: Cloud) -> np.ndarray:
@@ -111,11 +111,11 @@ def heights(shape: Shape, points: Points, cloud: Cloud) -> np.ndarray:
     return _filled(points, height)
 
 
-def _pairs(columns: cKDTree, place: np.ndarray, reach: np.ndarray):
+def _pairs(columns: cKDTree, point: np.ndarray, reach: np.ndarray):
     """Columns and particles whose feet are within the particle's ``reach`` of each other, some at once."""
-    for begin in range(0, len(place), _AT_ONCE):
+    for begin in range(0, len(point), _AT_ONCE):
         here = slice(begin, begin + _AT_ONCE)
-        lists = columns.query_ball_point(place[here], reach[here], return_sorted=False)
+        lists = columns.query_ball_point(point[here], reach[here], return_sorted=False)
         count = np.array([len(found) for found in lists])
         if count.sum():
             pair = np.concatenate([np.asarray(found, dtype=np.int64) for found in lists if len(found)])

@@ -25,11 +25,11 @@ THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 
 
 class Look(NamedTuple):
-    """``particles`` of a snapshot; their ``place`` (n, 3) [m] about the shape of before; (n,) which are of the
+    """``particles`` of a snapshot; their ``position`` (n, 3) [m] about the shape of before; (n,) which are of the
     ``body``, and which are ``bound`` to it; the ``cloud`` of the body about the shape; the ``pose``."""
 
     particles: Particles
-    place: np.ndarray
+    position: np.ndarray
     body: np.ndarray
     bound: np.ndarray
     cloud: Cloud
@@ -55,10 +55,10 @@ def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, r
     """The body in ``particles``: what would rise above ``rise`` [m] at ``gravity`` [m/s^2] flies. Raises
     ``InputError`` where no body is left."""
     pose = standing.of(particles)
-    place = pose.back(particles.position)
+    position = pose.back(particles.position)
     solid = particles.state == 0 if "state" in particles else np.ones(len(particles), dtype=bool)
-    cloud = clouds.of(particles, what)
-    about = replace(cloud, position=place[solid])
+    cloud = clouds.particle_cloud(particles, what)
+    about = replace(cloud, position=position[solid])
     foot = shape.under(about.position)
     speed = None
     if "velocity" in particles:
@@ -67,25 +67,25 @@ def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, r
     held = clouds.supported(about, foot.height, speed, gravity, rise, what)
     body = np.zeros(len(particles), dtype=bool)
     body[np.flatnonzero(solid)[held]] = True
-    return Look(particles, place, body, bound(particles), about.select(held), pose)
+    return Look(particles, position, body, bound(particles), about.select(held), pose)
 
 
 def bound(particles: Particles) -> np.ndarray:
     """(n,) whether a particle is bound: v^2 / 2 < -phi, or v . x < 0, about the centre of mass; without velocities all
-    are. phi is that of all others; of those that were booked as gone that of the body as a point, at the place where
-    they left."""
+    are. phi is that of all others; of those that were booked as gone that of the body as a point, at the position
+    where they left."""
     n = len(particles)
     here = particles.state != 2 if "state" in particles else np.ones(n, dtype=bool)
     if "velocity" not in particles:
         return here
     x, v, m = particles.position, particles.velocity, particles.mass
     soft = OF_GRAINS * particles.radius if "radius" in particles else OF_SPACING * _spacing(particles)
-    place = np.where(here[:, None], x - m[here] @ x[here] / m[here].sum(), x)
+    position = np.where(here[:, None], x - m[here] @ x[here] / m[here].sum(), x)
     speed = v - m @ v / m.sum()
-    well = G * m[here].sum() / np.maximum(np.linalg.norm(place, axis=1), 1e-300)
+    well = G * m[here].sum() / np.maximum(np.linalg.norm(position, axis=1), 1e-300)
     well[here] = tree.wells(x[here], m[here], soft[here], THETA)
     fast = 0.5 * np.einsum("ij,ij->i", speed, speed) > well
-    return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, place) > 0.0)))
+    return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, position) > 0.0)))
 
 
 def _spacing(particles: Particles) -> np.ndarray:
@@ -97,9 +97,9 @@ def _spacing(particles: Particles) -> np.ndarray:
 def rigid(seen: Look, which: np.ndarray) -> Rigid:
     """What the particles of a look that are chosen by a mask are as one rigid body."""
     p = seen.particles
-    m, place = p.mass[which], seen.place[which]
-    centre = m @ place / m.sum()
-    away = place - centre
+    m, position = p.mass[which], seen.position[which]
+    centre = m @ position / m.sum()
+    away = position - centre
     moments = np.linalg.eigvalsh(np.einsum("i,ij,ik->jk", m, away, away) / m.sum())
     rotation = np.zeros(3)
     if "velocity" in p:

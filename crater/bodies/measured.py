@@ -3,7 +3,7 @@ one argument, ``Seen``; one ``Quantity`` back, or a ``Pair`` of before and after
 
 What particles say of a body departs from the shape that they fill (``sampling``), and it depends on what is counted to
 it while matter still flies about it (``counted``: half of what the bound matter near it changes). A change has the
-first of these for the share of the mass that moved alone.
+first of these for the fraction of the mass that moved alone.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def _pair(name: str, values: tuple[float, float], sampling: float, counted: floa
     return Pair(
         quantity(one, {"sampling": sampling}, unit),
         quantity(two, {"sampling": sampling, "counted": counted}, unit),
-        quantity(two - one, {"sampling": sampling * seen.moved_share, "counted": counted}, unit),
+        quantity(two - one, {"sampling": sampling * seen.moved_fraction, "counted": counted}, unit),
     )
 
 
@@ -98,10 +98,10 @@ def body_volume_m3(seen: Seen) -> Pair:
     """Volume of the shape, and with what the ground gained over it."""
     volume = seen.shape.solid.volume
     gained, error = seen.chart.gained()
-    apart = abs(enclosed(seen.chart.ground(False), seen.chart.points.triangles) - volume)
+    discrepancy = abs(enclosed(seen.chart.ground(False), seen.chart.points.triangles) - volume)
     return Pair(
-        quantity(volume, {"sampling": apart}, "m^3"),
-        quantity(volume + gained, {"sampling": apart, "surface": error}, "m^3"),
+        quantity(volume, {"sampling": discrepancy}, "m^3"),
+        quantity(volume + gained, {"sampling": discrepancy, "surface": error}, "m^3"),
         quantity(gained, {"surface": error}, "m^3"),
     )
 
@@ -172,9 +172,9 @@ def _mean_square(seen: Seen) -> float:
 
 
 def height_change_rms_m(seen: Seen) -> Quantity:
-    """RMS over the surface; the noise of what is made anew is its error."""
-    area, anew = seen.chart.points.area, seen.chart.deep > 0.0
-    noise = math.sqrt(float(np.sum((area * seen.chart.error**2)[anew]) / area.sum()))
+    """RMS over the surface; the noise of what is resurfaced is its error."""
+    area, resurfaced = seen.chart.points.area, seen.chart.deep > 0.0
+    noise = math.sqrt(float(np.sum((area * seen.chart.error**2)[resurfaced]) / area.sum()))
     return quantity(math.sqrt(_mean_square(seen)), {"surface": noise}, "m")
 
 
@@ -197,38 +197,38 @@ def hollow_across_m(seen: Seen) -> Quantity:
     return hollow.across(seen.chart)
 
 
-def _counted(seen: Seen, share: float) -> Quantity:
-    """A share of the surface; its error is that of counting patches of a spacing."""
+def _counted(seen: Seen, fraction: float) -> Quantity:
+    """A fraction of the surface; its error is that of counting patches of a spacing."""
     chart = seen.chart
     patches = float(np.sum(chart.points.area / chart.spacing**2))
-    return quantity(share, {"counting": math.sqrt(max(share * (1.0 - share), 1.0 / patches) / patches)}, "1")
+    return quantity(fraction, {"counting": math.sqrt(max(fraction * (1.0 - fraction), 1.0 / patches) / patches)}, "1")
 
 
 def changed_share(seen: Seen) -> Quantity:
-    """Share of the surface whose height changed for sure."""
+    """Fraction of the surface whose height changed for sure."""
     return _counted(seen, classes.extent_of(seen.chart).changed)
 
 
 def change_spread(seen: Seen) -> Quantity:
-    """Share over which that change would be spread were it even."""
+    """Fraction over which that change would be spread were it even."""
     return _counted(seen, classes.extent_of(seen.chart).spread)
 
 
 def resurfaced_share(seen: Seen) -> Quantity:
-    """Share of the surface that is made anew."""
-    return _counted(seen, seen.chart.share)
+    """Fraction of the surface that is resurfaced."""
+    return _counted(seen, seen.chart.resurfaced_fraction)
 
 
 def resurfaced_depth_m(seen: Seen) -> Quantity:
-    """Mean depth of what is made anew; half a spacing is its error."""
+    """Mean depth of what is resurfaced; half a spacing is its error."""
     chart = seen.chart
-    anew = chart.deep > 0.0
-    if not anew.any():
-        return Quantity(None, None, "m", "nothing of the surface is made anew")
-    area = chart.points.area[anew]
+    resurfaced = chart.deep > 0.0
+    if not resurfaced.any():
+        return Quantity(None, None, "m", "nothing of the surface is resurfaced")
+    area = chart.points.area[resurfaced]
     return quantity(
-        float(np.average(chart.deep[anew], weights=area)),
-        {"resolution": 0.5 * float(np.average(chart.spacing[anew], weights=area))},
+        float(np.average(chart.deep[resurfaced], weights=area)),
+        {"resolution": 0.5 * float(np.average(chart.spacing[resurfaced], weights=area))},
         "m",
     )
 

@@ -29,7 +29,7 @@ def on_body(ground: Unrolled, measures: Measures) -> Measures:
     if not len(h):
         return measures
     bent = h * ground.curvature(0.5 * size)
-    share = float((area @ (h * (1.0 + bent + bent**2 / 3.0))) / (area @ h))
-    parts = {name: share * part for name, part in volume.parts.items()}
-    told = replace(volume, value=share * volume.value, sigma=share * volume.sigma, parts=parts)
+    factor = float((area @ (h * (1.0 + bent + bent**2 / 3.0))) / (area @ h))
+    parts = {name: factor * part for name, part in volume.parts.items()}
+    told = replace(volume, value=factor * volume.value, sigma=factor * volume.sigma, parts=parts)
     return replace(measures, quantities={**measures.quantities, "volume_m3": told})

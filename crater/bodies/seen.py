@@ -59,12 +59,12 @@ class Seen:
     @cached_property
     def counted(self) -> Rigid:
         """The same with the bound matter near it."""
-        near = np.linalg.norm(self.after.place, axis=1) < NEAR * self.shape.solid.extent
+        near = np.linalg.norm(self.after.position, axis=1) < NEAR * self.shape.solid.extent
         return look.rigid(self.after, self.after.body | (self.after.bound & near))
 
     @cached_property
-    def moved_share(self) -> float:
-        """Share of the body's mass that went, or moved against it."""
+    def moved_fraction(self) -> float:
+        """Fraction of the body's mass that went, or moved against it."""
         rests = height_map.unmoved(self.before, self.after)
         mass = self.before.particles.mass[self.before.body]
         return float(1.0 - mass[rests].sum() / mass.sum())

@@ -8,7 +8,7 @@ import numpy as np
 
 from crater.comparison.difference import profile_difference
 from crater.measures.measure import Measures, Quantity
-from crater.results import heads
+from crater.results import column_labels
 from crater.results.findings import Compared, Findings, final_entry, time_of
 from crater.scaling import crater_size as scaling
 from crater.settings import Published
@@ -55,8 +55,9 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
 
 
 def _late_difference(shock: Measures, grains: Measures) -> dict[str, Any]:
-    """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its place,
-    depth and diameter with their ratio. Raises ``InputError`` where the profiles have too few radii in common."""
+    """The two late stages: profiles inside 1.5 rim radii of the larger crater, the largest difference with its
+    position, depth and diameter with their ratio. Raises ``InputError`` where the profiles have too few radii in
+    common."""
     difference = profile_difference(shock.profile, grains.profile, rim=_larger_rim(shock, grains))
     for name in ("depth_m", "diameter_apparent_m"):
         pair = [measures[name].value for measures in (shock, grains)]
@@ -92,12 +93,12 @@ def _verdict(findings: Findings, published: Published) -> dict[str, Any]:
     }
     if ours.value is None:
         return {**row, "met": None, "why": ours.reason}
-    apart = ours.value - value
-    allowed = float(np.hypot(plus if apart > 0 else minus, ours.sigma or 0.0))
+    difference = ours.value - value
+    allowed = float(np.hypot(plus if difference > 0 else minus, ours.sigma or 0.0))
     return {
         **row,
-        "met": bool(abs(apart) <= allowed),
-        "difference_over_error": apart / allowed if allowed > 0 else None,
+        "met": bool(abs(difference) <= allowed),
+        "difference_over_error": difference / allowed if allowed > 0 else None,
     }
 
 
@@ -106,13 +107,14 @@ def _moment(findings: Findings, published: Published) -> str:
     if published.of == "final":
         if findings.final is None:
             return "end"
-        return heads.final(final_entry(findings.final)).line.replace("final", "end", 1)
+        return column_labels.final(final_entry(findings.final)).line.replace("final", "end", 1)
     moment = findings.transient.get(published.at)
     if moment is None:
         return f"first maximum of {published.at}"
     if published.at in findings.growing:
-        return heads.transient([published.at], moment.time, moment.stage, [published.at]).line
-    return f"first maximum of {published.at}, {heads.when(moment.time, heads.METHODS.get(moment.stage, moment.stage))}"
+        return column_labels.transient([published.at], moment.time, moment.stage, [published.at]).line
+    method = column_labels.METHODS.get(moment.stage, moment.stage)
+    return f"first maximum of {published.at}, {column_labels.when(moment.time, method)}"
 
 
 def _ours(findings: Findings, published: Published) -> Quantity:

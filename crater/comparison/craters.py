@@ -19,7 +19,7 @@ from crater.comparison import observations
 from crater.ground import radial_profile
 from crater.ground.datum import Datum
 from crater.ground.radial_profile import Profile
-from crater.results import choices, heads
+from crater.results import choices, column_labels
 from matter.errors import InputError
 from matter.files import archive
 from matter.wording.crater_measures import COMPARED, MOMENTS
@@ -80,7 +80,7 @@ class Item:
     is_run: bool = False
     reasons: Mapping[str, str] = field(default_factory=dict)
 
-    def of(self, stage: str, at: str = "") -> Crater | None:
+    def crater(self, stage: str, at: str = "") -> Crater | None:
         """The crater of a stage, at the maximum ``at`` of a transient one (its volume where ``at`` is empty or not
         held)."""
         mine = [crater for crater in self.craters if crater.stage == stage]
@@ -97,7 +97,7 @@ def load(item: str, stage: str | None = None) -> Crater:
     held = holdings(item)
     if not held.is_run:
         return held.craters[0]
-    return _demanded(held, stage, "") if stage else held.of("final") or held.craters[0]
+    return _demanded(held, stage, "") if stage else held.crater("final") or held.craters[0]
 
 
 def holdings(item: str) -> Item:
@@ -141,7 +141,7 @@ def chosen(items: Sequence[Item], stage: str | None = None) -> tuple[list[Crater
         wanted = list(dict.fromkeys((crater.stage, crater.at) for crater in others))
         said = "of every run the crater of the stage that it is compared with"
     else:
-        common = [name for name in ("final", "transient") if all(item.of(name) for item in runs)]
+        common = [name for name in ("final", "transient") if all(item.crater(name) for item in runs)]
         wanted = [(common[0], "")] if common else []
         said = (
             f"{common[0]} with {common[0]}: every run has one"
@@ -160,7 +160,7 @@ def chosen(items: Sequence[Item], stage: str | None = None) -> tuple[list[Crater
 
 
 def _demanded(item: Item, stage: str, at: str) -> Crater:
-    demanded = item.of(stage, at)
+    demanded = item.crater(stage, at)
     if demanded is None:
         why = item.reasons.get(stage, "")
         have = ", ".join(dict.fromkeys(crater.stage for crater in item.craters)) or "none"
@@ -171,11 +171,11 @@ def _demanded(item: Item, stage: str, at: str) -> Crater:
 def _matching(item: Item, wanted: Sequence[tuple[str, str]]) -> list[Crater]:
     craters: list[Crater] = []
     for stage, at in wanted:
-        crater = item.of(stage, at)
+        crater = item.crater(stage, at)
         if crater is not None and crater not in craters:
             craters.append(crater)
     if not craters:
-        craters = [item.of("final") or item.craters[0]]
+        craters = [item.crater("final") or item.craters[0]]
         missing = " or ".join(dict.fromkeys(stage for stage, _ in wanted))
         if missing:
             craters[0].notes.append(f"this run holds no {missing} crater; what it has is shown without ratios")
@@ -208,24 +208,24 @@ def _of_run(item: str, run: Path, folder: Path) -> Item:
     if content.get("single_snapshot"):
         return Item(item, [_single(run, folder, content["final"])])
     craters = []
-    for head, entry in _separate(content):
+    for label, entry in _separate(content):
         crater = Crater(
             run.resolve().name,
             values_of(entry),
-            _profile(folder, head.key),
+            _profile(folder, label.key),
             str(folder),
-            stage=head.stage,
-            title=head.title,
-            when=head.when,
+            stage=label.stage,
+            title=label.title,
+            when=label.when,
         )
-        crater.at = head.key.partition("/")[2]
-        _place(crater, run, entry)
-        if head.stage == "final" and "diameter_apparent_m" not in crater.values:
+        crater.at = label.key.partition("/")[2]
+        _add_site(crater, run, entry)
+        if label.stage == "final" and "diameter_apparent_m" not in crater.values:
             crater.notes.append(f"no final diameter: {_reason(entry)}")
-        if head.stage == "final" and entry.get("settled") is False:
+        if label.stage == "final" and entry.get("settled") is False:
             crater.notes.append(f"not at rest: {entry.get('settled_reason', '')}")
-        if crater.profile is None and head.key in PROFILES:
-            crater.notes.append(f"no {PROFILES[head.key]} in {folder.name}: 'run_case ... --from crater' makes it")
+        if crater.profile is None and label.key in PROFILES:
+            crater.notes.append(f"no {PROFILES[label.key]} in {folder.name}: 'run_case ... --from crater' makes it")
         craters.append(crater)
     reasons = {stage: _reason(content.get(stage, {})) for stage in STAGES}
     if not craters:
@@ -236,12 +236,12 @@ def _of_run(item: str, run: Path, folder: Path) -> Item:
     return Item(item, craters, True, reasons)
 
 
-def _separate(content: Mapping[str, Any]) -> list[tuple[heads.Head, Mapping[str, Any]]]:
+def _separate(content: Mapping[str, Any]) -> list[tuple[column_labels.ColumnLabel, Mapping[str, Any]]]:
     """Heads and entries of every crater of a run, each transient moment by itself, at the maximum of volume first."""
-    columns: dict[str, tuple[heads.Head, Mapping[str, Any]]] = {}
+    columns: dict[str, tuple[column_labels.ColumnLabel, Mapping[str, Any]]] = {}
     for moment in MOMENTS:
-        for head, entry in heads.columns(content, (moment,)):
-            columns.setdefault(head.key, (head, entry))
+        for label, entry in column_labels.columns(content, (moment,)):
+            columns.setdefault(label.key, (label, entry))
     return sorted(columns.values(), key=lambda pair: pair[0].stage == "final")
 
 
@@ -250,7 +250,7 @@ def _profile(folder: Path, key: str) -> Profile | None:
     return radial_profile.read_csv(path) if path.is_file() else None
 
 
-def _place(crater: Crater, run: Path, entry: Mapping[str, Any]) -> None:
+def _add_site(crater: Crater, run: Path, entry: Mapping[str, Any]) -> None:
     """Snapshot and datum of a run's crater, where its measures name them."""
     if isinstance(entry.get("datum"), Mapping):
         crater.datum = choices.datum_of(entry["datum"])
@@ -275,16 +275,16 @@ def values_of(entry: Mapping[str, Any]) -> Values:
 
 
 def _single(run: Path, folder: Path, entry: Mapping[str, Any]) -> Crater:
-    head = heads.final(entry)
+    label = column_labels.final(entry)
     crater = Crater(
         run.resolve().name,
         values_of(entry),
         _profile(folder, "final"),
         str(folder),
         title="one snapshot",
-        when=head.when,
+        when=label.when,
     )
-    _place(crater, run, entry)
+    _add_site(crater, run, entry)
     return crater
 
 

@@ -156,9 +156,13 @@ def ratio(a: tuple[float, float, float], b: tuple[float, float, float]) -> tuple
     low, high = (a, b) if a[0] <= b[0] else (b, a)
     joint = float(np.hypot(*np.nan_to_num([low[2], high[1]])))
     value = b[0] / a[0]
-    shares = [max(np.nan_to_num(x[1:])) / abs(x[0]) for x in (a, b)]
+    relative_errors = [max(np.nan_to_num(x[1:])) / abs(x[0]) for x in (a, b)]
     known = any(np.isfinite(x[1:]).any() for x in (a, b))
-    return value, abs(value) * float(np.hypot(*shares)) if known else float("nan"), bool(abs(a[0] - b[0]) <= joint)
+    return (
+        value,
+        abs(value) * float(np.hypot(*relative_errors)) if known else float("nan"),
+        bool(abs(a[0] - b[0]) <= joint),
+    )
 
 
 def verdict(

@@ -175,11 +175,11 @@ def _frame(particles: Particles, film: _Film, time: float) -> np.ndarray:
     axis, bar = fig.add_axes((0.085, 0.11, 0.79, 0.76)), fig.add_axes((0.9, 0.2, 0.018, 0.58))
     colouring = _colouring(particles, film)
     if grains and film.surroundings is not None:
-        sections.draw(
+        sections.draw_section(
             axis, film.surroundings, seen, _colouring(film.surroundings, film) if colouring else None, edge="none"
         ).set_alpha(FADED)
         fig.text(0.875, 0.025, "faded: outside the grains, as at the handoff", ha="right", fontsize=8, color="#55606c")
-    drawn = sections.draw(axis, particles, seen, colouring, edge="none")
+    drawn = sections.draw_section(axis, particles, seen, colouring, edge="none")
     bar.set_visible(colouring is not None)
     if colouring is not None:
         fig.colorbar(drawn, cax=bar, label=colouring.label)

@@ -56,7 +56,7 @@ class Colouring:
 
     name: str
     label: str
-    of: Callable[[Particles, Datum], np.ndarray]
+    values: Callable[[Particles, Datum], np.ndarray]
     low: float
     high: float
     logarithmic: bool = False
@@ -92,13 +92,13 @@ def pressure() -> Colouring:
 
 
 def depth_of_origin(deepest: float, origin: Callable[[Particles], np.ndarray] | None = None) -> Colouring:
-    """Depth below the datum at which matter lay before the impact, 0 to ``deepest`` [m]; ``origin`` gives those places
-    (n, 3) [m]."""
-    places = origin or (lambda particles: particles.initial_position)
+    """Depth below the datum at which matter lay before the impact, 0 to ``deepest`` [m]; ``origin`` gives those
+    positions (n, 3) [m]."""
+    positions = origin or (lambda particles: particles.initial_position)
     scale, unit = readable.length_unit(deepest)
 
     def depth(particles: Particles, datum: Datum) -> np.ndarray:
-        values = -datum.polar(places(particles))[2] * scale
+        values = -datum.polar(positions(particles))[2] * scale
         if "layer" in particles:
             values = np.where(particles.layer < 0, np.nan, values)
         return values
@@ -120,9 +120,9 @@ def places_of(grains: Particles, before: Particles) -> np.ndarray:
     order = np.argsort(before.identity)
     known = before.identity[order]
     at = np.clip(np.searchsorted(known, grains.identity), 0, len(known) - 1)
-    places = before.position[order[at]].copy()
-    places[known[at] != grains.identity] = np.nan
-    return places
+    positions = before.position[order[at]].copy()
+    positions[known[at] != grains.identity] = np.nan
+    return positions
 
 
 def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
@@ -132,10 +132,10 @@ def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
     SPH particles carry them; those of grains are in the snapshot ``bed``.
     """
     if "initial_position" in particles:
-        places = particles.initial_position.copy()
+        positions = particles.initial_position.copy()
         if "layer" in particles:
-            places[particles.layer < 0] = np.nan
-        return places
+            positions[particles.layer < 0] = np.nan
+        return positions
     if "identity" not in particles or not bed.is_file():
         return None
     before = snapshot.read(bed, only=("identity", "position"))
@@ -145,10 +145,10 @@ def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
 def speed(fastest: float) -> Colouring:
     """Speed from a thousandth of ``fastest`` to ``fastest`` [m/s], logarithmic."""
 
-    def of(particles: Particles, datum: Datum) -> np.ndarray:
+    def values(particles: Particles, datum: Datum) -> np.ndarray:
         return np.maximum(np.linalg.norm(particles.velocity, axis=1), 1e-12)
 
-    return Colouring("speed", "speed [m/s]", of, 1e-3 * fastest, fastest, True, "cividis")
+    return Colouring("speed", "speed [m/s]", values, 1e-3 * fastest, fastest, True, "cividis")
 
 
 def size_of(particles: Particles, half: float) -> np.ndarray:
@@ -175,7 +175,9 @@ def material_colours(particles: Particles) -> np.ndarray:
     return colours
 
 
-def draw(axis, particles: Particles, seen: View, colouring: Colouring | None = None, edge: str = "white") -> Any:
+def draw_section(
+    axis, particles: Particles, seen: View, colouring: Colouring | None = None, edge: str = "white"
+) -> Any:
     """Draw the slab and the original surface into ``axis``; by material, or by ``colouring`` (whose collection is
     returned for a colour bar)."""
     from matplotlib.collections import EllipseCollection
@@ -203,7 +205,7 @@ def draw(axis, particles: Particles, seen: View, colouring: Colouring | None = N
         collection = EllipseCollection(
             diameter, diameter, np.zeros(len(order)), cmap=_colour_map(colouring), norm=colouring.norm(), **shown
         )
-        collection.set_array(np.ma.masked_invalid(colouring.of(particles, seen.datum)[order]))
+        collection.set_array(np.ma.masked_invalid(colouring.values(particles, seen.datum)[order]))
     axis.add_collection(collection)
     original_surface(axis, seen)
     axis.set_aspect("equal")

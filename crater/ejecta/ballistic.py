@@ -6,8 +6,8 @@ A particle at the height z with the velocity v under gravity g comes down on the
     t = (v_z + sqrt(v_z^2 + 2 g z)) / g,    at x + v_xy t;
 
 below the ground only what rises and gets as far as z = 0 (v_z^2 >= 2 g |z|) flies, the rest stays where it is. What is
-faster than the escape speed, where there is one, leaves. With the mass before (at the places of the particles before
-the impact) and after in a ring of area A, in ground of density rho,
+faster than the escape speed, where there is one, leaves. With the mass before (at the positions of the particles
+before the impact) and after in a ring of area A, in ground of density rho,
 
     height = (mass after - mass before) / (rho A)
 
@@ -72,12 +72,12 @@ def _disc() -> np.ndarray:
     return np.column_stack([radius * np.cos(azimuth), radius * np.sin(azimuth)])
 
 
-def _cells(place: np.ndarray, mass: np.ndarray, width: np.ndarray, edges: np.ndarray) -> np.ndarray:
+def _cells(position: np.ndarray, mass: np.ndarray, width: np.ndarray, edges: np.ndarray) -> np.ndarray:
     """Mass [kg] in rings and sectors (rings, sectors) about the origin; every particle is a disc of radius
     ``width``."""
     total = np.zeros((len(edges) - 1, SECTORS))
     for offset in _disc():
-        points = place + width[:, None] * offset
+        points = position + width[:, None] * offset
         ring = np.searchsorted(edges, np.hypot(points[:, 0], points[:, 1]), side="right") - 1
         sector = (
             np.floor((np.arctan2(points[:, 1], points[:, 0]) / (2.0 * np.pi) + 0.5) * SECTORS).astype(int) % SECTORS
@@ -100,7 +100,7 @@ def profile_of(
     mass = particles.mass[target]
     width = np.cbrt(3.0 * mass / (4.0 * np.pi * density))
     velocity = particles.velocity[target]
-    place, flies = landing(particles.position[target], velocity, gravity)
+    position, flies = landing(particles.position[target], velocity, gravity)
     leaves = (
         flies & (np.linalg.norm(velocity, axis=1) > escape_speed)
         if escape_speed > 0.0
@@ -108,7 +108,7 @@ def profile_of(
     )
     edges = np.linspace(0.0, reach, RINGS + 1)
     area = np.pi * np.diff(edges**2)
-    after = _cells(place[~leaves], mass[~leaves], width[~leaves], edges)
+    after = _cells(position[~leaves], mass[~leaves], width[~leaves], edges)
     before = _cells(particles.initial_position[target][:, :2], mass, width, edges)
     height = (after - before) * SECTORS / (density * area[:, None])
     low, high = np.percentile(height, (16.0, 84.0), axis=1)

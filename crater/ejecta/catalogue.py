@@ -28,7 +28,7 @@ STAYS = "not thrown out"
 
 
 class Catalogue(NamedTuple):
-    """One row a particle of ``number`` in the snapshots; places in the frame of the run. ``place`` (n, 3) [m],
+    """One row a particle of ``number`` in the snapshots; positions in the frame of the run. ``position`` (n, 3) [m],
     ``time`` [s] after the first contact, ``velocity`` (n, 3) [m/s], ``speed`` [m/s] and ``angle`` [rad] above the
     horizontal, where it left the ground; ``mass`` [kg], ``layer`` (-1 the projectile), ``fate`` (``flight.FATES``),
     ``landing`` (n, 3) [m] and the time of it [s], NaN where it does not land. Of target and projectile [kg]:
@@ -36,7 +36,7 @@ class Catalogue(NamedTuple):
     thrown out."""
 
     number: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     time: np.ndarray
     velocity: np.ndarray
     speed: np.ndarray
@@ -50,7 +50,9 @@ class Catalogue(NamedTuple):
     kept: tuple[float, float]
 
 
-def of(frames: Iterable[Particles], datum: Datum, gravity: float, above: float, escape_speed: float) -> Catalogue:
+def ejecta_catalogue(
+    frames: Iterable[Particles], datum: Datum, gravity: float, above: float, escape_speed: float
+) -> Catalogue:
     """The catalogue of ``frames`` in the order of time (the same particles in each), with the height ``above`` [m] at
     which they count as flying; ``gravity`` [m/s^2] > 0, ``escape_speed`` [m/s] of flat ground (0: nothing escapes).
 
@@ -69,18 +71,20 @@ def of(frames: Iterable[Particles], datum: Datum, gravity: float, above: float, 
         new = ~seen & (height > above) & (up > 0.0)
         seen |= new
         kept = _bodies(frame.mass[~seen], frame.layer[~seen])
-        flown = ejecta_flight.of(
+        flown = ejecta_flight.flight(
             datum, gravity, escape_speed, datum.local(frame.position[new]), frame.velocity[new] @ axes.T
         )
         now = float(frame.attributes.get("time", np.nan))
         upward = (
-            flown.place / np.linalg.norm(flown.place, axis=1)[:, None] if datum.is_sphere else np.array([0, 0, 1.0])
+            flown.position / np.linalg.norm(flown.position, axis=1)[:, None]
+            if datum.is_sphere
+            else np.array([0, 0, 1.0])
         )
         speed = np.linalg.norm(flown.velocity, axis=1)
         rise = (flown.velocity * upward).sum(axis=1)
         parts.append(
             (
-                np.flatnonzero(new), datum.outside(flown.place), now - flown.since, flown.velocity @ axes, speed,
+                np.flatnonzero(new), datum.outside(flown.position), now - flown.since, flown.velocity @ axes, speed,
                 np.arcsin(np.clip(rise / np.maximum(speed, 1e-300), -1.0, 1.0)), frame.mass[new], frame.layer[new],
                 flown.fate, datum.outside(flown.landing), now + flown.until,
             )
@@ -143,7 +147,7 @@ def write(
     ``more`` columns and ``facts`` are written as they are."""
     arrays = {
         "number": (catalogue.number, "1", "number of the particle in the snapshots"),
-        "place": (catalogue.place, "m", "where it left the ground"),
+        "place": (catalogue.position, "m", "where it left the ground"),
         "time": (catalogue.time, "s", "when it left the ground, after the first contact"),
         "velocity": (catalogue.velocity, "m/s", "its velocity there"),
         "speed": (catalogue.speed, "m/s", "its speed there"),

@@ -29,7 +29,7 @@ class Flight(NamedTuple):
     """Of each particle (n,): where [m] and with which velocity [m/s] it left the ground, and how long ago [s]; its
     fate, where it lands [m], and in how long [s], NaN where it does not."""
 
-    place: np.ndarray
+    position: np.ndarray
     velocity: np.ndarray
     since: np.ndarray
     fate: np.ndarray
@@ -37,12 +37,12 @@ class Flight(NamedTuple):
     until: np.ndarray
 
 
-def of(datum: Datum, gravity: float, escape_speed: float, place: np.ndarray, velocity: np.ndarray) -> Flight:
-    """The flight of rising particles above the ground, canonical places [m] and velocities [m/s] (n, 3); ``gravity``
-    [m/s^2] > 0 at the ground, ``escape_speed`` [m/s] of flat ground (0: nothing escapes)."""
+def flight(datum: Datum, gravity: float, escape_speed: float, position: np.ndarray, velocity: np.ndarray) -> Flight:
+    """The flight of rising particles above the ground, canonical positions [m] and velocities [m/s] (n, 3);
+    ``gravity`` [m/s^2] > 0 at the ground, ``escape_speed`` [m/s] of flat ground (0: nothing escapes)."""
     if datum.is_sphere:
-        return _orbits(datum.radius, gravity * datum.radius**2, place, velocity)
-    return _parabolas(gravity, escape_speed, place, velocity)
+        return _orbits(datum.radius, gravity * datum.radius**2, position, velocity)
+    return _parabolas(gravity, escape_speed, position, velocity)
 
 
 def _parabolas(g: float, escape_speed: float, x: np.ndarray, v: np.ndarray) -> Flight:

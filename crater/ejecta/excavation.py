@@ -29,7 +29,7 @@ from matter.particles import Particles
 from matter.wording import readable
 
 SOURCES = ("Melosh1989",)
-SHARE = 0.95
+FRACTION = 0.95
 """Quantile of mass that is called the depth, or the radius, of excavation."""
 RANGES = (1.0, 1.5, 2.0, 3.0, 5.0)
 """Edges of the landing distances, in R; the last class is open, and what escapes has one of its own."""
@@ -37,13 +37,13 @@ DEPTHS = (0.0, 0.05, 0.1, 0.2, 0.4)
 """Edges of the first depths, in transient diameters; the last class is open."""
 
 
-def quantile(values: np.ndarray, mass: np.ndarray, share: float) -> float:
-    """The value that ``share`` of the mass does not exceed; NaN of nothing."""
+def quantile(values: np.ndarray, mass: np.ndarray, fraction: float) -> float:
+    """The value that ``fraction`` of the mass does not exceed; NaN of nothing."""
     if not len(values):
         return float("nan")
     order = np.argsort(values)
     part = np.cumsum(mass[order]) / mass.sum()
-    return float(values[order[min(int(np.searchsorted(part, share - 1e-12)), len(values) - 1)]])
+    return float(values[order[min(int(np.searchsorted(part, fraction - 1e-12)), len(values) - 1)]])
 
 
 def facts(
@@ -70,18 +70,18 @@ def facts(
         "particles": int(gone.sum()),
         "until_s": until,
         "later_kg": float(found.mass[out & ~gone].sum()),
-        "share": SHARE,
-        "depth_m": quantile(depth, mass, SHARE),
+        "share": FRACTION,
+        "depth_m": quantile(depth, mass, FRACTION),
         "depth_half_m": quantile(depth, mass, 0.5),
         "depth_greatest_m": float(depth.max()),
-        "radius_m": quantile(away, mass, SHARE),
-        "depth_over_transient_diameter": quantile(depth, mass, SHARE) / (2.0 * radius),
+        "radius_m": quantile(away, mass, FRACTION),
+        "depth_over_transient_diameter": quantile(depth, mass, FRACTION) / (2.0 * radius),
     }
     if "peak_pressure" in last:
         peak = last.peak_pressure[rows]
         result["peak_pressure_Pa"] = {
             "half": quantile(peak, mass, 0.5),
-            "share": quantile(peak, mass, SHARE),
+            "share": quantile(peak, mass, FRACTION),
             "largest": float(peak.max()),
         }
     away_now = np.where(fates[catalogues.ESCAPES], np.inf, catalogues.distance(found, crater))[gone]
@@ -127,14 +127,14 @@ def turned(last: Particles, ground: Datum, crater: Datum, radius: float) -> dict
     try:
         held = np.zeros(len(body), dtype=bool)
         whole = np.flatnonzero(body.state == 0) if "state" in body else np.arange(len(body))
-        held[whole] = clouds.supported(clouds.of(body, "the last snapshot"))
+        held[whole] = clouds.supported(clouds.particle_cloud(body, "the last snapshot"))
     except InputError as reason:
         return {"order": "undecided", "reason": str(reason), "particles": 0}
     near = held & (away > radius) & (away < layer_order.RIM * radius) & (height > 0.0)
     return layer_order.order(first[near], height[near], away[near] / radius, azimuth[near])
 
 
-def lines(known: Mapping[str, Any]) -> list[str]:
+def excavation_lines(known: Mapping[str, Any]) -> list[str]:
     """The same in one line; none where nothing is known."""
     if not known:
         return []

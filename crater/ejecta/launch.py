@@ -51,10 +51,10 @@ def launched(frames: Iterable[Particles], gravity: float, above: float) -> Launc
         z, up = frame.position[:, 2], frame.velocity[:, 2]
         new = ~seen & (frame.layer >= 0) & (z > above) & (up > 0.0)
         seen |= new
-        place, flat = frame.position[new, :2], frame.velocity[new, :2]
+        position, flat = frame.position[new, :2], frame.velocity[new, :2]
         rise = np.sqrt(up[new] ** 2 + 2.0 * gravity * z[new])
         since = (rise - up[new]) / gravity if gravity > 0.0 else z[new] / up[new]
-        origin = place - flat * since[:, None]
+        origin = position - flat * since[:, None]
         across = np.hypot(flat[:, 0], flat[:, 1])
         parts.append(
             (
@@ -118,8 +118,8 @@ def fit(
             )
         x, v = table[:, 0], table[:, 1]
         bent = np.maximum(1.0 - x / (crater_size.SAND_EDGE * radius), 1e-9) ** crater_size.SAND_BEND
-        place = x / event.radius * (event.target_density / event.projectile_density) ** crater_size.NU
-        slope, offset = np.polyfit(np.log(place), np.log(v / (event.speed * np.cos(event.angle)) / bent), 1)
+        scaled_distance = x / event.radius * (event.target_density / event.projectile_density) ** crater_size.NU
+        slope, offset = np.polyfit(np.log(scaled_distance), np.log(v / (event.speed * np.cos(event.angle)) / bent), 1)
         return float(-1.0 / slope), float(np.exp(offset)), table
 
     mu, c1, table = line(np.ones(len(ring), dtype=bool))

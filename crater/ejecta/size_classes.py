@@ -38,7 +38,7 @@ class Sizes(NamedTuple):
     fragment_mass: np.ndarray
 
 
-def of(catalogue: Catalogue, last: Particles) -> Sizes | None:
+def sizes(catalogue: Catalogue, last: Particles) -> Sizes | None:
     """The sizes of what the catalogue holds, from the ``last`` snapshot; None where it does not hold damage and
     supports, or the target is all whole or all broken in it."""
     if any(name not in last for name in ("damage", "support_radius", "density", "layer")):

@@ -49,8 +49,8 @@ EXPANDED = 0.5
 """Below this fraction of its density at rest matter of the shock stage is expanded; it is counted at that density:
 vapour must not paint a huge solid."""
 FINE = 0.5
-"""What is smaller than this share of a particle's spacing counts for nothing among its neighbours: a dozen small
-grains that fell into the pores about a large one would else take the places of the large ones that hold it."""
+"""What is smaller than this fraction of a particle's spacing counts for nothing among its neighbours: a dozen small
+grains that fell into the pores about a large one would else take the positions of the large ones that hold it."""
 
 
 @dataclass(frozen=True)
@@ -75,7 +75,7 @@ class Cloud:
         return Cloud(self.position[which], self.volume[which], self.spacing[which], velocity, *marks)
 
 
-def of(particles: Particles, what: str = "the snapshot") -> Cloud:
+def particle_cloud(particles: Particles, what: str = "the snapshot") -> Cloud:
     """The cloud of a snapshot: booked particles (state other than 0) left out.
 
     Spacing is that of a grain's radius and the packing fraction, else (mass / density)^(1/3), else half the kernel's
@@ -161,8 +161,8 @@ def _at_rest(particles: Particles) -> np.ndarray:
 
 
 def _neighbours(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
-    """Distances [m] and places of the nearest ``CORE_NEIGHBOURS`` of every particle that are no finer than ``FINE`` of
-    its spacing, both (n, ``CORE_NEIGHBOURS``); infinite, and its own place, where there are fewer within two
+    """Distances [m] and indices of the nearest ``CORE_NEIGHBOURS`` of every particle that are no finer than ``FINE``
+    of its spacing, both (n, ``CORE_NEIGHBOURS``); infinite, and its own index, where there are fewer within two
     spacings."""
     tree, d = cKDTree(cloud.position), cloud.spacing
     distance, neighbour = tree.query(cloud.position, k=CORE_NEIGHBOURS + 1, workers=get_num_threads())
@@ -170,10 +170,10 @@ def _neighbours(cloud: Cloud) -> tuple[np.ndarray, np.ndarray]:
     for i in np.flatnonzero((d[neighbour] < FINE * d[:, None]).any(axis=1)):
         around = np.array(tree.query_ball_point(cloud.position[i], 2.0 * d[i]))
         around = around[(around != i) & (d[around] >= FINE * d[i])]
-        apart = np.linalg.norm(cloud.position[around] - cloud.position[i], axis=1)
-        nearest = np.argsort(apart, kind="stable")[:CORE_NEIGHBOURS]
+        separation = np.linalg.norm(cloud.position[around] - cloud.position[i], axis=1)
+        nearest = np.argsort(separation, kind="stable")[:CORE_NEIGHBOURS]
         distance[i], neighbour[i] = np.inf, i
-        distance[i, : len(nearest)], neighbour[i, : len(nearest)] = apart[nearest], around[nearest]
+        distance[i, : len(nearest)], neighbour[i, : len(nearest)] = separation[nearest], around[nearest]
     return distance, neighbour
 
 

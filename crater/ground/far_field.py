@@ -210,11 +210,11 @@ def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.n
     weight /= weight.sum()
     points = np.array([fit.datum for fit in fits])
     mean = weight @ points
-    apart = points - mean
+    deviation = points - mean
     within = np.einsum("p,pij->ij", weight, np.array([fit.covariance for fit in fits]))
     rim, blanket = slice(0, len(kinds[0])), slice(len(kinds[0]), len(kinds[0]) + len(kinds[1]))
     half = 0.5 * (_mean(points[rim], squares[rim], variance) - _mean(points[blanket], squares[blanket], variance))
-    return mean, within + (apart * weight[:, None]).T @ apart + np.outer(half, half)
+    return mean, within + (deviation * weight[:, None]).T @ deviation + np.outer(half, half)
 
 
 def _mean(points: np.ndarray, squares: np.ndarray, variance: float) -> np.ndarray:

@@ -13,15 +13,15 @@ from matter.compilation.jit import kernel
 
 class Rings(NamedTuple):
     """Columns on rings over a plane, or over a sphere of ``radius`` [m] about the origin: ``distance`` of each ring
-    (n,) [m], its ``first`` column, how many ``columns``, and the ``place`` of every one (m, 3): on the plane [m], or
-    its direction from the centre of the sphere."""
+    (n,) [m], its ``first`` column, how many ``columns``, and the ``position`` of every one (m, 3): on the plane [m],
+    or its direction from the centre of the sphere."""
 
     sphere: bool
     radius: float
     distance: np.ndarray
     first: np.ndarray
     columns: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
 
 
 class Levels(NamedTuple):
@@ -55,11 +55,11 @@ def _half_angle(reach, rho):
 def _beside_and_above(point, r, rings, column):
     """Square of the distance of a point (``r`` from the centre) from a column [m^2], and its height along that column
     [m]."""
-    place = rings.place
+    position = rings.position
     if rings.sphere:
-        along = place[column, 0] * point[0] + place[column, 1] * point[1] + place[column, 2] * point[2]
+        along = position[column, 0] * point[0] + position[column, 1] * point[1] + position[column, 2] * point[2]
         return r * r - along * along, along - rings.radius
-    return (point[0] - place[column, 0]) ** 2 + (point[1] - place[column, 1]) ** 2, point[2]
+    return (point[0] - position[column, 0]) ** 2 + (point[1] - position[column, 1]) ** 2, point[2]
 
 
 @kernel(fastmath=True)
@@ -176,7 +176,7 @@ def half_level(
     the last bit as that of whole columns.
     """
     dt = 0.25 * float(of_ring.min())
-    number, total = int(np.ceil((t_hi - t_lo) / dt)) + 1, len(rings.place)
+    number, total = int(np.ceil((t_hi - t_lo) / dt)) + 1, len(rings.position)
     highest, crossing = np.full(total, -np.inf), np.full(total, np.nan)
     x = datum.local(near.position)
     _tops(x, near.spacing, rings, highest)

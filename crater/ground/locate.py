@@ -162,7 +162,11 @@ def ground_before(
     if "layer" in particles:
         particles = particles.select(particles.layer >= 0)
     body = supported_part(
-        clouds.of(particles, "the snapshot before the impact"), datum, None, None, "the snapshot before the impact"
+        clouds.particle_cloud(particles, "the snapshot before the impact"),
+        datum,
+        None,
+        None,
+        "the snapshot before the impact",
     )
     edge = edge_of(body, datum)
     return surface.undisturbed(body, datum, min(edge, reach) if reach else edge, sectors)
@@ -172,7 +176,7 @@ def prepare(
     particles: Particles, datum: Datum, before: surface.Undisturbed | None, search: Search, what: str = "the snapshot"
 ) -> Scene:
     """The supported part of a snapshot, the ground before the impact, and how far the columns go."""
-    body = supported_part(clouds.of(particles, what), datum, search.gravity, search.rise_limit, what)
+    body = supported_part(clouds.particle_cloud(particles, what), datum, search.gravity, search.rise_limit, what)
     return scene_of(body, datum, before, search)
 
 

@@ -43,7 +43,7 @@ class Relief:
 
 
 def relief(now: Heights, before: Undisturbed | None = None) -> Relief:
-    """Heights ``now``, less the excess over the datum at the same places ``before`` the impact (per method)."""
+    """Heights ``now``, less the excess over the datum at the same positions ``before`` the impact (per method)."""
     columns, datum = now.columns, now.datum
     methods: dict[str, np.ndarray] = {}
     rays = {"colour": now.colour, "highest": now.highest}

@@ -82,7 +82,7 @@ def apparent_radius(s: np.ndarray, h: np.ndarray, floor: int) -> float:
 
 
 KNOTS = 51
-"""Trial places of the crest."""
+"""Trial positions of the crest."""
 
 
 @dataclass(frozen=True)
@@ -90,8 +90,8 @@ class CrestFinder:
     """Crest of a profile as the colour field shows it: two parabolas that meet at a knot, each passed through the same
     rounding.
 
-    ``use`` are the rings, ``knots`` [m] the trial places; ``solve`` and ``reject`` the matrices of the least-squares
-    fits; the crest is looked for between ``low`` and ``high`` [m].
+    ``use`` are the rings, ``knots`` [m] the trial positions; ``solve`` and ``reject`` the matrices of the
+    least-squares fits; the crest is looked for between ``low`` and ``high`` [m].
     """
 
     use: np.ndarray
@@ -108,9 +108,9 @@ class CrestFinder:
         y = h[self.use]
         misfit = ((self.reject @ y) ** 2).sum(axis=1)
         for k in np.argsort(misfit):
-            place, height = self._top(float(self.knots[k]), *(self.solve[k] @ y))
-            if self.low < place < self.high:
-                return place, height
+            position, height = self._top(float(self.knots[k]), *(self.solve[k] @ y))
+            if self.low < position < self.high:
+                return position, height
         return float("nan"), float("nan")
 
     def _top(self, knot: float, c: float, a1: float, b1: float, a2: float, b2: float) -> tuple[float, float]:
@@ -160,7 +160,7 @@ def make_crest_finder(ruler: Ruler, mean: np.ndarray, apparent: float, depth: fl
     # the highest ring of a broad crest may be far from its top, and the bootstrap must be free to find it elsewhere
     knots = np.linspace(first - max(1.25 * d, 0.2 * apparent), first + max(1.25 * d, 0.2 * apparent), KNOTS)
     knots = knots[(knots > s[1]) & (knots < s[-4])]
-    solve, reject, where = [], [], surface_smoothing.places(s, ruler.d[use])
+    solve, reject, where = [], [], surface_smoothing.averaging_centres(s, ruler.d[use])
     for knot in knots:
         basis = np.column_stack([surface_smoothing.averaged(part, where) for part in _two_parabolas(knot, d)])
         inverse = np.linalg.pinv(basis * w[:, None], rcond=1e-9) * w[None, :]
@@ -178,11 +178,11 @@ def volume_below(ruler: Ruler, datum: Datum, h: np.ndarray, radius: float) -> fl
     depth = -h * (1.0 + h / datum.radius + h**2 / (3.0 * datum.radius**2)) if datum.is_sphere else -h
     half = 0.5 * (ruler.s[1] - ruler.s[0]) if len(ruler.s) > 1 else 0.0
     edges = np.concatenate([[0.0], 0.5 * (ruler.s[1:] + ruler.s[:-1]), [ruler.s[-1] + half]])
-    share = np.clip((radius - edges[:-1]) / (edges[1:] - edges[:-1]), 0.0, 1.0)
-    total = float(np.sum(np.where(share >= 1.0, depth * ruler.area, 0.0)))
-    for i in np.flatnonzero((share > 0.0) & (share < 1.0)):
+    fraction = np.clip((radius - edges[:-1]) / (edges[1:] - edges[:-1]), 0.0, 1.0)
+    total = float(np.sum(np.where(fraction >= 1.0, depth * ruler.area, 0.0)))
+    for i in np.flatnonzero((fraction > 0.0) & (fraction < 1.0)):
         # the ring in which the wall leaves the datum: its inner part is a wedge that thins to zero
-        total += max(0.0, -0.5 * float(np.interp(edges[i], ruler.s, h))) * share[i] * float(ruler.area[i])
+        total += max(0.0, -0.5 * float(np.interp(edges[i], ruler.s, h))) * fraction[i] * float(ruler.area[i])
     return total
 
 

@@ -143,7 +143,7 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     near = cloud.select(inside)
     radius = datum.radius if datum.is_sphere else 1.0
     rings = Rings(
-        datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, _places(datum, columns)
+        datum.is_sphere, radius, columns.distance, columns.start[:-1], columns.count, _positions(datum, columns)
     )
     crossing, highest = half_level(near, datum, rings, columns.spacing, t_lo, t_hi)
     result = Heights(datum, columns, None, crossing, highest)
@@ -154,8 +154,8 @@ def measure_heights(cloud: Cloud, datum: Datum, columns: Columns, methods: str =
     return replace(result, cell=cell, alpha_shape=outer)
 
 
-def _places(datum: Datum, columns: Columns) -> np.ndarray:
-    """Canonical direction (sphere) or place (plane) of every column, shape (n, 3)."""
+def _positions(datum: Datum, columns: Columns) -> np.ndarray:
+    """Canonical direction (sphere) or position (plane) of every column, shape (n, 3)."""
     s, a = columns.distance[columns.ring], columns.azimuth
     if datum.is_sphere:
         psi = s / datum.radius
@@ -221,20 +221,20 @@ def alpha_heights(cloud: Cloud, datum: Datum, columns: Columns, above: float) ->
 
     solid = alpha_shape(cloud.position, cloud.spacing, ALPHA).only(1)
     mesh = solid.offset(0.5 * cloud.spacing).mesh
-    place = column_points(datum, columns.distance[columns.ring], columns.azimuth)
+    position = column_points(datum, columns.distance[columns.ring], columns.azimuth)
     up = (
-        place - np.asarray(datum.centre)
+        position - np.asarray(datum.centre)
         if datum.is_sphere
-        else np.broadcast_to(np.asarray(datum.axes)[2], place.shape)
+        else np.broadcast_to(np.asarray(datum.axes)[2], position.shape)
     )
     up = up / np.linalg.norm(up, axis=1)[:, None]
     scale = float(np.median(cloud.spacing))  # embree works in single precision: spacings from a near origin
-    middle = place.mean(axis=0)
+    middle = position.mean(axis=0)
     mesh.apply_translation(-middle)
     mesh.apply_scale(1.0 / scale)
-    origin = (place + (above + scale) * up - middle) / scale
+    origin = (position + (above + scale) * up - middle) / scale
     hit, ray, _ = RayMeshIntersector(mesh).intersects_location(origin, -up, multiple_hits=False)
-    result = np.full(len(place), np.nan)
+    result = np.full(len(position), np.nan)
     result[ray] = above + scale - np.linalg.norm(hit - origin[ray], axis=1) * scale
     return result
 
@@ -247,7 +247,7 @@ WIDE = 250
 
 @dataclass(frozen=True)
 class Undisturbed:
-    """The ground before the impact, measured once: places in space, ``excess`` over the datum there per method [m],
+    """The ground before the impact, measured once: positions in space, ``excess`` over the datum there per method [m],
     local ``spacing`` [m].
 
     ``wide`` is the excess averaged over some six spacings, ``scatter`` the robust deviation of medians over nine
@@ -313,5 +313,5 @@ def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int, methods:
         excess[name] = np.where(np.isfinite(values), values, middle)
         wide[name] = excess[name][near].mean(axis=1)
     spacing = columns.spacing[ring]
-    apart = (np.median(excess["colour"][near[:, :MEDIAN_OF]], axis=1) - wide["colour"]) / spacing
-    return Undisturbed(tree, excess, spacing, wide, 1.4826 * float(np.median(np.abs(apart))))
+    deviation = (np.median(excess["colour"][near[:, :MEDIAN_OF]], axis=1) - wide["colour"]) / spacing
+    return Undisturbed(tree, excess, spacing, wide, 1.4826 * float(np.median(np.abs(deviation))))

@@ -31,7 +31,7 @@ def _nodes(radial: int = 10, around: int = 24) -> tuple[np.ndarray, np.ndarray, 
 _Q, _COS, _WEIGHT = _nodes()
 
 
-def places(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+def averaging_centres(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """Distances (n, nodes) [m] over which the colour field averages at distances ``s``."""
     r = SUPPORT * np.asarray(spacing)[:, None] * _Q
     return np.sqrt(np.maximum(s[:, None] ** 2 + r**2 + 2.0 * s[:, None] * r * _COS, 0.0))
@@ -40,11 +40,11 @@ def places(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
 def smooth(profile: Callable[[np.ndarray], np.ndarray], s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """What the colour field shows at distances ``s`` of a true ``profile`` (function of distance), ``spacing`` at
     ``s``; all [m]."""
-    return averaged(profile, places(s, spacing))
+    return averaged(profile, averaging_centres(s, spacing))
 
 
 def averaged(profile: Callable[[np.ndarray], np.ndarray], where: np.ndarray) -> np.ndarray:
-    """The same for many profiles: ``where`` are the ``places`` of the distances."""
+    """The same for many profiles: ``where`` are the ``averaging_centres`` of the distances."""
     return profile(where) @ _WEIGHT
 
 
@@ -52,14 +52,14 @@ def matrix(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     """The same map on ring values, linear in between, level inside the first and outside the last ring; shape (n,
     n)."""
     n = len(s)
-    where = np.clip(places(s, spacing), s[0], s[-1])
+    where = np.clip(averaging_centres(s, spacing), s[0], s[-1])
     upper = np.clip(np.searchsorted(s, where), 1, n - 1)
-    share = (where - s[upper - 1]) / (s[upper] - s[upper - 1])
+    fraction = (where - s[upper - 1]) / (s[upper] - s[upper - 1])
     result = np.zeros((n, n))
     rows = np.broadcast_to(np.arange(n)[:, None], where.shape)
     weight = np.broadcast_to(_WEIGHT, where.shape)
-    np.add.at(result, (rows, upper), weight * share)
-    np.add.at(result, (rows, upper - 1), weight * (1.0 - share))
+    np.add.at(result, (rows, upper), weight * fraction)
+    np.add.at(result, (rows, upper - 1), weight * (1.0 - fraction))
     return result
 
 

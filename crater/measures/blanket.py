@@ -89,7 +89,7 @@ def mass_above(particles: Particles, datum: Datum, fastest: float) -> dict[str, 
         return {}
     target = particles.select(particles.layer >= 0) if "layer" in particles else particles
     try:
-        body = clouds.of(target, "the snapshot")
+        body = clouds.particle_cloud(target, "the snapshot")
         ground = np.zeros(len(target), dtype=bool)
         ground[np.flatnonzero(target.state == 0) if "state" in target else slice(None)] = clouds.supported(body)
     except InputError:

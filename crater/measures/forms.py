@@ -33,7 +33,7 @@ def terraces(s: np.ndarray, h: np.ndarray, d: np.ndarray, floor: float, rim: flo
     if wall.sum() < 3:
         return 0
     slope = np.degrees(np.arctan(np.diff(h[wall]) / np.diff(s[wall])))
-    place = s[wall]
+    distance = s[wall]
     count, steep_before, begin = 0, False, -1
     for i, angle in enumerate(slope):
         if abs(angle) < BENCH:
@@ -42,7 +42,7 @@ def terraces(s: np.ndarray, h: np.ndarray, d: np.ndarray, floor: float, rim: flo
             if (
                 begin >= 0
                 and steep_before
-                and place[i] - place[begin] >= BENCH_WIDTH * float(np.interp(place[begin], s, d))
+                and distance[i] - distance[begin] >= BENCH_WIDTH * float(np.interp(distance[begin], s, d))
             ):
                 count += 1
             steep_before, begin = True, -1

@@ -32,11 +32,12 @@ SOURCES = ("Melosh1989", "Turtle2005", "Robbins2018")
 
 BOOTSTRAPS = 200
 CLOSED_RIM = 0.75
-"""Share of sectors that must stand above the datum outside the crater for a rim to be called closed."""
+"""Fraction of sectors that must stand above the datum outside the crater for a rim to be called closed."""
 NO_LEVEL = 0.2
 """Where there is no hollow, the ground outside this fraction of the reach is its far field."""
 NO_HOLLOW = 0.05
-"""Where no hollow was found yet, the datum is fitted to the ground as if one of this share of the reach were there."""
+"""Where no hollow was found yet, the datum is fitted to the ground as if one of this fraction of the reach were
+there."""
 SHALLOWEST = 0.5
 """A hollow shallower than this many spacings has no diameter."""
 
@@ -77,7 +78,7 @@ def measure(
 
     ``datum`` is a ``matter.geometry.frame.Sphere`` or ``Plane``, a ``crater.ground.datum.Datum``, or ``"sphere"`` /
     ``"plane"`` to be fitted to the far field (``centre`` and ``datum_radius`` [m] are kept where given). ``before`` is
-    the same target before the impact: heights are then taken relative to it, place by place; on a sphere, which rings
+    the same target before the impact: heights are then taken relative to it, point by point; on a sphere, which rings
     as a whole, also relative to the ground beyond three radii. Where it is not known and the datum is fitted, ground
     that ends inside the blanket has no measures. The centre is found, not assumed; how far and where is the
     ``search``.
@@ -87,7 +88,7 @@ def measure(
     fitted = isinstance(datum, str)
     body = None
     if isinstance(datum, str):
-        cloud = clouds.of(particles, what)
+        cloud = clouds.particle_cloud(particles, what)
         body = cloud.select(clouds.supported(cloud, what=what))
         start = locate.first_datum(body, datum, centre, datum_radius)
     else:
@@ -314,11 +315,11 @@ def _rim_reason(height: Quantity, hollow: Hollow) -> str:
     if height.value < (height.sigma or 0.0):
         return f"no rim: the crest stands {readable.length(height.value)} above the datum, within its error"
     near = (ruler.s > base.apparent) & (ruler.s < max(1.8 * base.apparent, base.rim))
-    share = float(np.mean((ruler.fine @ hollow.cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
+    fraction = float(np.mean((ruler.fine @ hollow.cells)[near].max(axis=0) > 0.0)) if near.any() else 0.0
     return (
         ""
-        if share >= CLOSED_RIM
-        else f"no closed rim: only {share:.0%} of the sectors rise above the datum outside the crater"
+        if fraction >= CLOSED_RIM
+        else f"no closed rim: only {fraction:.0%} of the sectors rise above the datum outside the crater"
     )
 
 

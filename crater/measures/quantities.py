@@ -252,8 +252,8 @@ def rim_asymmetry(hollow: Hollow) -> Quantity:
     """First harmonic of the crest's height over its mean; the azimuth of the highest side stands in the reason."""
     if not np.isfinite(hollow.base.rim):
         return quantity(np.nan, {}, "1", "no crest around the crater")
-    share, error, towards = forms.rim_asymmetry(forms.crest_heights(hollow.cells, hollow.ruler, hollow.base.rim))
-    result = quantity(share, {"azimuth": error}, "1", "no crest around the crater")
+    fraction, error, towards = forms.rim_asymmetry(forms.crest_heights(hollow.cells, hollow.ruler, hollow.base.rim))
+    result = quantity(fraction, {"azimuth": error}, "1", "no crest around the crater")
     return replace(result, reason=f"highest towards azimuth {towards:.0f} deg") if np.isfinite(towards) else result
 
 

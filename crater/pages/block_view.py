@@ -47,8 +47,8 @@ def of_findings(findings: Findings, title: str) -> str:
     )
 
 
-def data(measures: Measures, particles: Particles, places: np.ndarray | None) -> dict[str, Any]:
-    """What the viewer draws. ``places`` (n, 3) [m]: where each particle lay before the impact, NaN where that is
+def data(measures: Measures, particles: Particles, positions: np.ndarray | None) -> dict[str, Any]:
+    """What the viewer draws. ``positions`` (n, 3) [m]: where each particle lay before the impact, NaN where that is
     unknown; None: known for none.
 
     Heights are measured above the datum, on a square of ``half`` [m] to each side of the crater's centre along the
@@ -61,10 +61,12 @@ def data(measures: Measures, particles: Particles, places: np.ndarray | None) ->
     x = np.linspace(-half, half, GRID)
     height = _heights(measures, *np.meshgrid(x, x))
     origin = (
-        np.full(len(particles), np.nan) if places is None else -ground.datum.polar(np.nan_to_num(places, nan=1e30))[2]
+        np.full(len(particles), np.nan)
+        if positions is None
+        else -ground.datum.polar(np.nan_to_num(positions, nan=1e30))[2]
     )
-    if places is not None:
-        origin[~np.isfinite(places).all(axis=1)] = np.nan
+    if positions is not None:
+        origin[~np.isfinite(positions).all(axis=1)] = np.nan
     size = sections.size_of(particles, half)
     deepest = _deepest(ground.datum, particles, half)
     section, low, high = _section(ground.datum, particles, size, origin, deepest, measures, half)
@@ -115,7 +117,7 @@ def html(content: Mapping[str, Any], title: str = "The crater") -> str:
 
 
 def _heights(measures: Measures, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Heights [m] at places on the datum, linear between the columns; NaN outside them."""
+    """Heights [m] at positions on the datum, linear between the columns; NaN outside them."""
     from scipy.interpolate import LinearNDInterpolator
 
     ground = measures.ground
@@ -132,10 +134,10 @@ def _position(datum: Datum, x: np.ndarray, y: np.ndarray, height: np.ndarray) ->
     if not datum.is_sphere:
         return datum.outside(np.column_stack([x, y, height]))
     distance = np.hypot(x, y)
-    share = np.sinc(distance / datum.radius / np.pi)  # sin(psi) / psi
+    scale = np.sinc(distance / datum.radius / np.pi)  # sin(psi) / psi
     r = 1.0 + height / datum.radius
     return datum.outside(
-        np.column_stack([x * share * r, y * share * r, (datum.radius + height) * np.cos(distance / datum.radius)])
+        np.column_stack([x * scale * r, y * scale * r, (datum.radius + height) * np.cos(distance / datum.radius)])
     )
 
 
@@ -176,5 +178,5 @@ def _origin_at(datum, particles, origin, deepest, x, y, height) -> np.ndarray:
 
 
 def _byte(depth: np.ndarray, deepest: float) -> np.ndarray:
-    share = np.clip(np.nan_to_num(depth) / deepest, 0.0, 1.0)
-    return np.where(np.isfinite(depth), np.round(share * (turning_view.COLOURS - 1)), UNKNOWN).astype(np.uint8)
+    scale = np.clip(np.nan_to_num(depth) / deepest, 0.0, 1.0)
+    return np.where(np.isfinite(depth), np.round(scale * (turning_view.COLOURS - 1)), UNKNOWN).astype(np.uint8)

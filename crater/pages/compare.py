@@ -181,8 +181,8 @@ def _over(crater: Crater, depth: str, diameter: str) -> tuple[float, float] | No
     if depth not in crater.values or diameter not in crater.values or not crater.values[diameter][0] > 0.0:
         return None
     d, size = crater.values[depth], crater.values[diameter]
-    shares = [max(x[1:]) / abs(x[0]) if x[0] else 0.0 for x in (d, size)]
-    return d[0] / size[0], d[0] / size[0] * math.hypot(*shares)
+    relative_errors = [max(x[1:]) / abs(x[0]) if x[0] else 0.0 for x in (d, size)]
+    return d[0] / size[0], d[0] / size[0] * math.hypot(*relative_errors)
 
 
 def _printed(craters: Sequence[Crater], said: str) -> str:
@@ -199,15 +199,15 @@ def _printed(craters: Sequence[Crater], said: str) -> str:
     rows += [("d/D rim to rim", rims)] if any(cell != "-" for cell in rims) else []
     judged = verdicts(craters)
     rows += [(f"{words[key]} / 1st", [_ratio_shown(j.get(key)) for j in judged]) for key in RATIOS]
-    apart = differences(craters)
-    rows += [("RMS to first", [_rms_shown(d) for d in apart]), ("  largest", [_largest_shown(d) for d in apart])]
+    pairs = differences(craters)
+    rows += [("RMS to first", [_rms_shown(d) for d in pairs]), ("  largest", [_largest_shown(d) for d in pairs])]
     aligned = [
         f"{readable.length(d['rms_aligned_m'])} ({readable.length(d['offset_m'])} out)"
         if d and d["offset_m"] is not None
         else "-"
-        for d in apart
+        for d in pairs
     ]
-    shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in apart]
+    shapes = [f"{d['rms_shape']:.3f}" if d and d["rms_shape"] is not None else "-" for d in pairs]
     rows += [("  outside level", aligned), ("  RMS of shape", shapes)]
     kept = [
         row

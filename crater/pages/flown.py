@@ -66,7 +66,7 @@ def _span(tenths: Sequence[float] | None, words: Callable[[float], str]) -> str:
 
 
 def show(report: Path, found: Mapping[str, Any]) -> None:
-    """Put the section on the page ``report``, in place of an earlier one; on a page without a place for it at its end.
+    """Put the section on the page ``report``, instead of an earlier one; on a page without a slot for it at its end.
 
     Raises ``InputError`` where there is no page.
     """

@@ -13,7 +13,7 @@ from crater.ground import cloud
 from crater.measures import chain
 from crater.measures.measure import Measures, Quantity
 from crater.pages import block_view, report_evidence, report_matter
-from crater.results import handover, heads
+from crater.results import column_labels, handover
 from crater.results.findings import Findings, columns, final_entry
 from crater.scaling import crater_size as scaling
 from matter.files import archive
@@ -105,8 +105,8 @@ def _last(findings: Findings) -> str:
     """What the last crater is called: *final* only where it has come to rest."""
     if findings.final is None:
         return "The last snapshot"
-    head = heads.final(final_entry(findings.final))
-    return "The final crater" if head.title == "final" else f"The crater in the {head.title}"
+    label = column_labels.final(final_entry(findings.final))
+    return "The final crater" if label.title == "final" else f"The crater in the {label.title}"
 
 
 def _at_rest(findings: Findings) -> bool:
@@ -134,7 +134,7 @@ def _ejecta(findings: Findings, out: Path) -> str:
         f"vertical impacts into half-spaces."
     )
     where = (
-        "Speed and angle at the level of the ground against the place of launch (medians); dotted: the apparent "
+        "Speed and angle at the level of the ground against the launch position (medians); dotted: the apparent "
         "radius."
     )
     return (
@@ -155,9 +155,9 @@ def _title(findings: Findings) -> str:
 
 def _summary(findings: Findings) -> str:
     lines = [
-        f"{_capital(head.title)} ({page.escape(head.when)}): "
+        f"{_capital(label.title)} ({page.escape(label.when)}): "
         f"{_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
-        for head, m in columns(findings, ("depth", "volume"))
+        for label, m in columns(findings, ("depth", "volume"))
     ]
     if findings.final is not None and not findings.final.rest.settled:
         lines.append(f"The last snapshot is no final crater: {page.escape(findings.final.rest.reason)}.")
@@ -205,8 +205,8 @@ def _late_sentence(findings: Findings) -> str:
     if late is None or last is None:
         return ""
     shock, grains = late.measures, last.measures
-    share = d["depth_m"]["sph_over_dem"]
-    over = f", a ratio of {share:.2f}" if share is not None else ""
+    ratio = d["depth_m"]["sph_over_dem"]
+    over = f", a ratio of {ratio:.2f}" if ratio is not None else ""
     return (
         f"The two late stages, which differ in method and in rheology: depth {page.escape(shown(shock['depth_m']))} "
         f"in SPH "
@@ -247,7 +247,7 @@ def _measures_table(findings: Findings) -> str:
     reasons: list[str] = []
     rows = [[row.words, *(_measure_cell(measures, row.name, reasons) for _, measures in held)] for row in TABLE]
     notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
-    titles = [f"{page.escape(head.title)}<br>({page.escape(head.when)})" for head, _ in held]
+    titles = [f"{page.escape(label.title)}<br>({page.escape(label.when)})" for label, _ in held]
     return (
         page.table(["", *titles], rows)
         + f"<p class=note>{cloud.GROUND} Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
@@ -320,9 +320,9 @@ def _scaling_table(findings: Findings) -> str:
     final, laws = findings.compared.scaling["final_rim_diameter_m"], findings.compared.scaling["diameter_m"]
     rows = []
     for name, value in laws.items():
-        share = f"{diameter / value:.2f}" if np.isfinite(diameter) and not growing else ""
+        ratio = f"{diameter / value:.2f}" if np.isfinite(diameter) and not growing else ""
         last = readable.amount(final[name], "m", 3) if name in final else ""
-        rows.append([page.escape(scaling.NAMES[name]), readable.amount(value, "m", 3), share, last])
+        rows.append([page.escape(scaling.NAMES[name]), readable.amount(value, "m", 3), ratio, last])
     low, high = (readable.amount(size, "m", 3) for size in findings.compared.scaling["range_m"])
     least, most = min(laws.values()), max(laws.values())
     named = [scaling.NAMES[name] for name in findings.compared.scaling["range_of"]]

@@ -34,8 +34,8 @@ def ledger(path: Path) -> str:
     if not path.is_file():
         return ""
     entries = archive.read_json(path, list)
-    place = {verdict: k for k, verdict in enumerate(VERDICTS)}
-    entries.sort(key=lambda row: place.get(str(row.get("verdict")), len(VERDICTS)))
+    rank = {verdict: k for k, verdict in enumerate(VERDICTS)}
+    entries.sort(key=lambda row: rank.get(str(row.get("verdict")), len(VERDICTS)))
     judged = [row for row in entries if row.get("limit") is not None]
     counts = {verdict: sum(row.get("verdict") == verdict for row in judged) for verdict in VERDICTS}
     summary = ", ".join(f"{count} {verdict.replace('_', ' ')}" for verdict, count in counts.items() if count)

@@ -127,11 +127,11 @@ def decay(facts: Mapping[str, Any], limit: float | None = None) -> str:
         return ""
     core, radius, power = (facts[key] for key in ("core_pressure_Pa", "core_radius_m", "exponent"))
     over = readable.number(facts["core_radius_over_projectile"], 3)
-    share = f", {core['value'] / limit:.2g} of the planar limit" if limit else ""
+    fraction = f", {core['value'] / limit:.2g} of the planar limit" if limit else ""
     rows = [
         (
             "pressure of the isobaric core",
-            readable.measured(core["value"] * 1e-9, core["sigma"] * 1e-9, "GPa") + share,
+            readable.measured(core["value"] * 1e-9, core["sigma"] * 1e-9, "GPa") + fraction,
         ),
         ("its radius", f"{readable.measured(radius['value'], radius['sigma'], 'm')}, {over} projectile radii"),
         ("power of the decay beyond it, P ~ r^-n", readable.measured(power["value"], power["sigma"])),
@@ -158,22 +158,24 @@ def excavated(facts: Mapping[str, Any], projectile_mass: float, out: Path) -> st
     picture of first depths by landing distance; empty where nothing is known."""
     if not facts:
         return ""
-    share, over = f"{facts['share']:.0%}", facts["mass_kg"] / projectile_mass
+    fraction, over = f"{facts['share']:.0%}", facts["mass_kg"] / projectile_mass
     rows = [
         (
             "mass thrown out of the crater",
             f"{readable.amount(facts['mass_kg'], 'kg', 3)} ({over:.3g} of the projectile)",
         ),
         (
-            f"depth of excavation ({share} of that mass came from above it)",
+            f"depth of excavation ({fraction} of that mass came from above it)",
             f"{readable.length(facts['depth_m'])}, {facts['depth_over_transient_diameter']:.2f} of the transient "
             f"apparent diameter (half of it from above {readable.length(facts['depth_half_m'])})",
         ),
-        (f"radius of excavation ({share} came from within it)", readable.length(facts["radius_m"])),
+        (f"radius of excavation ({fraction} came from within it)", readable.length(facts["radius_m"])),
     ]
     if peak := facts.get("peak_pressure_Pa"):
         half, most, largest = (readable.amount(peak[key] * 1e-9, "GPa", 3) for key in ("half", "share", "largest"))
-        rows.append(("largest pressure that it felt", f"half below {half}, {share} below {most}, at most {largest}"))
+        rows.append(
+            ("largest pressure that it felt", f"half below {half}, {fraction} below {most}, at most {largest}")
+        )
     rows.append(("layers at the rim, above the old ground", _order(facts["rim"])))
     rows.append(("thrown beyond the crater later, by its collapse", readable.amount(facts["later_kg"], "kg", 3)))
     unfinished = (
@@ -227,7 +229,7 @@ def fates(facts: Mapping[str, Any]) -> str:
         + f"<p class=note>Free flight, without air, of the {facts['particles']} particles that rose from the ground; "
         f"inside and beyond the apparent radius of the transient crater, {readable.length(facts['crater_radius_m'])}. "
         f"Together with what stayed they are the mass at the start within {max(facts['closure'], 1e-16):.0e} of "
-        f"it.{words} Each particle, with place, "
+        f"it.{words} Each particle, with position, "
         "time and velocity of its launch: ejecta.h5.</p>" + _by_size(facts.get("size_classes_kg", {}))
     )
 
@@ -255,7 +257,7 @@ def settled(facts: Mapping[str, Any], out: Path) -> str:
     zones = facts.get("zones", {})
     if not zones:
         return ""
-    shares = [field for field in settled_matter.SHARES if any(zone.get(field) for zone in zones.values())]
+    fractions = [field for field in settled_matter.FRACTIONS if any(zone.get(field) for zone in zones.values())]
     rows = [
         [
             page.escape(name),
@@ -263,14 +265,14 @@ def settled(facts: Mapping[str, Any], out: Path) -> str:
             *(readable.length(zone["first_depth_m"][q]) for q in ("low", "half", "high")),
             readable.length(zone["first_distance_half_m"]),
             readable.amount(zone.get("peak_pressure_half_Pa", float("nan")) * 1e-9, "GPa", 3),
-            *(f"{zone.get(field, 0.0):.2%}" for field in shares),
+            *(f"{zone.get(field, 0.0):.2%}" for field in fractions),
             f"{zone['projectile_share']:.2%}",
         ]
         for name, zone in zones.items()
     ]
     head = [
         "", "mass", "a tenth came from above", "half from above", "nine tenths from above", "half from within",
-        "largest pressure (half)", *(settled_matter.SHARES[field] for field in shares), "projectile",
+        "largest pressure (half)", *(settled_matter.FRACTIONS[field] for field in fractions), "projectile",
     ]  # fmt: skip
     return (
         "<h2>Where the settled matter came from</h2>"
@@ -300,7 +302,7 @@ def _molten_grains(facts: Mapping[str, Any]) -> str:
         return ""
     rows = [
         [
-            settled_matter.SHARES[name],
+            settled_matter.FRACTIONS[name],
             *(
                 readable.measured(parts[part]["value"], parts[part]["counting_error"], "") if parts[part]["value"]
                 else "none"

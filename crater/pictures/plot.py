@@ -51,14 +51,16 @@ def draw_all(findings: Findings, out: Path) -> None:
         plot_ejecta.draw_launches(findings, out / "launch.png")
     if findings.ejected.excavation:
         origin = findings.ejected.excavation
-        plot_excavation.draw(
+        plot_excavation.draw_depth_classes(
             origin["blanket"], origin["depth_m"] / origin["depth_over_transient_diameter"], out / "excavation.png"
         )
     if settled := findings.settled_matter:
         if any(sum(entry["mass_kg"]) > 0.0 for entry in settled["by_distance"]):
-            plot_excavation.draw(settled["by_distance"], 2.0 * settled["radius_m"], out / "blanket.png", "distance")
+            plot_excavation.draw_depth_classes(
+                settled["by_distance"], 2.0 * settled["radius_m"], out / "blanket.png", "distance"
+            )
         if findings.setting.shape is None:
-            plot_settled.draw(findings, out / "section_origin.png")
+            plot_settled.draw_origin_sections(findings, out / "section_origin.png")
     if findings.final is not None:
         plot_heights.draw_heightmap(findings.final.measures, out / "heightmap.png")
     if findings.body:

@@ -77,7 +77,7 @@ def draw_cross_sections(findings: Findings, path: Path) -> None:
         axis.set_visible(False)
     for axis, (title, particles) in zip(axes, panels):
         seen = sections.view(_datum_of(findings, particles), half)
-        sections.draw(axis, particles, seen)
+        sections.draw_section(axis, particles, seen)
         axis.set_title(title, fontsize=9, loc="left")
     _label(grid, seen)
     marks = sections.material_marks([particles for _, particles in panels])
@@ -150,7 +150,7 @@ def _grid_of(
         for column, (title, particles) in enumerate(panels):
             axis = grid[row, column]
             seen = sections.view(_datum_of(findings, particles), half, 0.55, 0.3)
-            drawn = sections.draw(axis, particles, seen, colouring, edge="none")
+            drawn = sections.draw_section(axis, particles, seen, colouring, edge="none")
             axis.tick_params(labelsize=8)
             if row == 0:
                 axis.set_title(title, fontsize=10)
@@ -181,7 +181,7 @@ def draw_side_by_side(craters: Sequence[Crater], path: Path) -> None:
         axis.set_visible(False)
     for axis, panel in zip(grid.ravel(), panels):
         seen = sections.view(panel["datum"], reach, 0.5, 0.35)
-        sections.draw(axis, panel["particles"], seen)
+        sections.draw_section(axis, panel["particles"], seen)
         axis.axvline(0.0, color="black", linewidth=0.8, linestyle="--")
         _draw_measures(axis, seen, panel["values"])
         axis.set_title(panel["title"], fontsize=9, loc="left")

@@ -55,7 +55,7 @@ def depth(deepest: float) -> sections.Colouring:
     )  # fmt: skip
 
 
-def draw(findings: Findings, path: Path) -> None:
+def draw_origin_sections(findings: Findings, path: Path) -> None:
     """Slabs through the final crater in grains, one below the other; nothing where the grains do not say where their
     matter came from."""
     last = findings.settled_grains
@@ -72,7 +72,7 @@ def draw(findings: Findings, path: Path) -> None:
     axes = fig.subplots(len(rows), 1, sharex=True, squeeze=False)[:, 0]
     seen = sections.view(last.measures.datum, half, 0.45, 0.2)
     for axis, colouring in zip(axes, rows):
-        drawn = sections.draw(axis, grains, seen, colouring, edge="none")
+        drawn = sections.draw_section(axis, grains, seen, colouring, edge="none")
         bar = fig.colorbar(drawn, ax=axis, label=colouring.label, shrink=0.9, pad=0.01)
         if colouring.name == "shock stage":
             bar.set_ticks(range(len(STAGES)), labels=STAGES)

@@ -17,7 +17,7 @@ from crater.ejecta.size_classes import Sizes
 from crater.ground.datum import Datum
 from crater.measures import chain
 from crater.measures.measure import Measures, Quantity
-from crater.results import heads, series
+from crater.results import column_labels, series
 from crater.results.choices import Choices
 from crater.results.rest import UNKNOWN, Rest
 from crater.scaling import crater_size as scaling
@@ -75,7 +75,7 @@ class LastCrater:
 
 @dataclass(frozen=True)
 class Ejected:
-    """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the place of
+    """What the crater threw out: what leaves the body, mass against speed, and speed and angle against the position of
     launch; the ``catalogue`` of single particles with their ``fates`` (masses), and where they came from
     (``excavation``), and their ``sizes``; each empty where unknown."""
 
@@ -310,8 +310,10 @@ def final_entry(last: LastCrater) -> dict[str, Any]:
     return {"time_s": Quantity(last.time, 0.0, "s").as_dict(), "from": last.origin, **last.rest.as_dict()}
 
 
-def columns(findings: Findings, moments: tuple[str, ...] = MOMENTS) -> list[tuple[heads.Head, Measures]]:
-    """Every crater that was measured under its head: transient, the shock stage's own end, final."""
+def columns(
+    findings: Findings, moments: tuple[str, ...] = MOMENTS
+) -> list[tuple[column_labels.ColumnLabel, Measures]]:
+    """Every crater that was measured under its label: transient, the shock stage's own end, final."""
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
     seen = [
         (key, findings.transient[key])
@@ -319,14 +321,19 @@ def columns(findings: Findings, moments: tuple[str, ...] = MOMENTS) -> list[tupl
         if key in findings.transient and findings.transient[key].value(MAXIMA[key]) > 0.0
     ]
     shots = [
-        heads.Moment(key, m.time, m.stage, key in findings.growing, m.measures)
+        column_labels.Moment(key, m.time, m.stage, key in findings.growing, m.measures)
         for key, m in seen
         if m.measures is not None
     ]
     final, late = findings.final, findings.late_sph
-    result = heads.arranged(shots, final.time if final is not None else None)
+    result = column_labels.arranged(shots, final.time if final is not None else None)
     if late is not None and late is not final:
-        result.append((heads.Head("late_sph", "final", LATE_SHOCK, heads.when(late.time, "SPH")), late.measures))
+        result.append(
+            (
+                column_labels.ColumnLabel("late_sph", "final", LATE_SHOCK, column_labels.when(late.time, "SPH")),
+                late.measures,
+            )
+        )
     if final is not None:
-        result.append((heads.final(final_entry(final)), final.measures))
+        result.append((column_labels.final(final_entry(final)), final.measures))
     return result

@@ -25,7 +25,7 @@ ABOVE, BELOW = 1.2, 0.8
 BED_RADII = 3.0
 """Radii of the settled crater that the bed of grains should reach: within some three there is blanket everywhere."""
 REMOVED = 0.01
-"""Share of the projectile's angular momentum whose removal is worth a caution."""
+"""Fraction of the projectile's angular momentum whose removal is worth a caution."""
 
 
 def read(run: Path) -> dict[str, dict[str, Any]]:
@@ -45,9 +45,9 @@ def bed_radii(grains: Mapping[str, Any], diameter: float) -> float | None:
 
 def facts(run: Path, radii: float | None = None) -> dict[str, Any]:
     """What ``measures.json`` says of it: ``projectile_particles``, ``particles_per_radius``, ``peak_pressure_Pa``,
-    ``planar_limit_Pa`` and their ratio, the share of angular momentum removed, the largest overlap, the ``radii`` of
-    the settled crater that the bed reaches (``bed_radii``); ``not_resolved``, the verdict on a projectile of too few
-    particles; and ``cautions``, sentences. Keys of what is not known are left out."""
+    ``planar_limit_Pa`` and their ratio, the fraction of angular momentum removed, the largest overlap, the ``radii``
+    of the settled crater that the bed reaches (``bed_radii``); ``not_resolved``, the verdict on a projectile of too
+    few particles; and ``cautions``, sentences. Keys of what is not known are left out."""
     reports = read(run)
     ball, reached = reports["sph"].get("projectile", {}), reports["sph"].get("peak_pressure", {})
     known: dict[str, Any] = {
@@ -101,7 +101,7 @@ def _of_shock(known: Mapping[str, Any]) -> list[str]:
             else "the spacing smears the first shock out"
         )
         said.append(f"{peak}: {why}")
-    # of a body that turns, the projectile's share is nothing to what is there
+    # of a body that turns, the projectile's part is negligible
     removed, of_all = (known.get(f"removed_angular_momentum_over_{of}") for of in ("projectile", "all"))
     if removed is not None and removed > REMOVED and (of_all is None or of_all > REMOVED):
         said.append(
@@ -249,13 +249,13 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
             )
             left = float(np.linalg.norm(off[1] - off[0])) / projectile_momentum
             rows.append(
-                ("linear momentum, change beyond what edges and weight gave, over the projectile's", _share(left))
+                ("linear momentum, change beyond what edges and weight gave, over the projectile's", _percent(left))
             )
         rows.append(
             (
                 f"linear momentum that the edges took ({edges}), net of the weight that they carry, over the "
                 f"projectile's",
-                _share(moved),
+                _percent(moved),
             )
         )
         if given is not None:
@@ -264,26 +264,28 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
                     _vector(columns, "outside_angular_momentum", -1) - _vector(columns, "outside_angular_momentum", 0)
                 )
             )
-        rows.append((f"angular momentum that the edges took, {scale}", _share(turned / (projectile_momentum * size))))
+        rows.append(
+            (f"angular momentum that the edges took, {scale}", _percent(turned / (projectile_momentum * size)))
+        )
     else:
-        rows.append(("linear momentum, change over the projectile's", _share(moved)))
-        rows.append((f"angular momentum, change {scale}", _share(turned / (projectile_momentum * size))))
+        rows.append(("linear momentum, change over the projectile's", _percent(moved)))
+        rows.append((f"angular momentum, change {scale}", _percent(turned / (projectile_momentum * size))))
     removed = float(np.linalg.norm(_vector(columns, "removed_angular_momentum", -1)))
     if removed:
         rows.append(
             (
                 f"angular momentum that the correction of the tree's forces removed, {scale}",
-                _share(removed / (projectile_momentum * size)),
+                _percent(removed / (projectile_momentum * size)),
             )
         )
         own = read(run)["sph"].get("removed_angular_momentum_over_projectile")
         if own is not None:
-            rows.append(("the same over the projectile's angular momentum about the target's centre", _share(own)))
+            rows.append(("the same over the projectile's angular momentum about the target's centre", _percent(own)))
     return rows
 
 
-def _share(value: float) -> str:
-    """A share in percent, or as a power of ten where it is rounding."""
+def _percent(value: float) -> str:
+    """A fraction in percent, or as a power of ten where it is rounding."""
     return f"{value:.3%}" if value >= 1e-5 or value == 0.0 else readable.number(value, 2)
 
 

@@ -42,11 +42,11 @@ def measures_json(findings: Findings) -> dict[str, Any]:
     final: dict[str, Any] = {"reason": findings.reasons.get("final", "not measured")}
     last, late = findings.final, findings.late_sph
     if last is not None:
-        place = {
+        position = {
             "datum": choices.datum_facts(last.measures.datum),
             "snapshot": last.path.relative_to(findings.inputs).as_posix(),
         }
-        final = {**last.measures.as_dict(), **final_entry(last), **place}
+        final = {**last.measures.as_dict(), **final_entry(last), **position}
     content: dict[str, Any] = {
         "transient": {**default, **transient},
         "final": final,
@@ -145,7 +145,7 @@ def headed(measures: Measures, time: float, what: str) -> radial_profile.Profile
 
 
 def write_heightmap(measures: Measures, path: Path) -> None:
-    """Heights on (distance, azimuth) cells and on the single columns, with their places in the frame of the
+    """Heights on (distance, azimuth) cells and on the single columns, with their positions in the frame of the
     snapshot."""
     ground = measures.ground
     columns = ground.columns

@@ -28,8 +28,10 @@ def of_run(
     try:
         frames = (snapshot.read(path, catalogues.FIELDS) for path in shots)
         above = launch.ABOVE * spacing
-        found = catalogues.of(frames, setting.datum, setting.gravity, above, setting.settings.escape_speed)
-        fates, sizes = catalogues.masses(found, crater, radius, last), size_classes.of(found, last)
+        found = catalogues.ejecta_catalogue(
+            frames, setting.datum, setting.gravity, above, setting.settings.escape_speed
+        )
+        fates, sizes = catalogues.masses(found, crater, radius, last), size_classes.sizes(found, last)
         if sizes is not None:
             fates["size_classes_kg"] = size_classes.masses(found, sizes, crater, radius)
         if not setting.escape_known:  # "escapes 0 kg" would be a number that nobody knows

@@ -148,12 +148,12 @@ def launch_speed(s: ImpactEvent, x: np.ndarray, radius: float, c1: float = 0.55,
 
     Housen & Holsapple 2011, eq. 14; C1, mu, p and n2 of dry sand, U = v cos theta.
     """
-    place = np.asarray(x) / s.radius * (s.target_density / s.projectile_density) ** NU
+    scaled_distance = np.asarray(x) / s.radius * (s.target_density / s.projectile_density) ** NU
     return (
         c1
         * s.speed
         * math.cos(s.angle)
-        * place ** (-1.0 / mu)
+        * scaled_distance ** (-1.0 / mu)
         * np.maximum(1.0 - np.asarray(x) / (SAND_EDGE * radius), 0.0) ** SAND_BEND
     )
 

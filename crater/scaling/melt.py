@@ -60,7 +60,7 @@ def facts(s: ImpactEvent, name: str) -> dict[str, Any]:
     }
 
 
-def lines(said: Mapping[str, Any]) -> list[str]:
+def melt_lines(said: Mapping[str, Any]) -> list[str]:
     """The same in words, one line."""
     if not said:
         return []

@@ -5,7 +5,7 @@
 P_c the critical pressures of the material (``matter.case.shock_phases``). Coarse runs lose peak pressure
 (``crater.results.soundness``), and mass with it. No entropy stands behind the masses: Tillotson's equation knows none.
 
-Their errors are those of counting alone, sqrt((1 - f) sum m_i^2), f the share of the particles that are above: how
+Their errors are those of counting alone, sqrt((1 - f) sum m_i^2), f the fraction of the particles that are above: how
 much a mass of few particles may be off by chance.
 """
 
@@ -39,8 +39,8 @@ def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
             if not critical:
                 without += [name] if name not in without else []
                 continue
-            share = particles.mass[mine] / projectile_mass
-            above = {key: share[particles.peak_pressure[mine] > P] for key, P in critical.items()}
+            fraction = particles.mass[mine] / projectile_mass
+            above = {key: fraction[particles.peak_pressure[mine] > P] for key, P in critical.items()}
             found.append(
                 {
                     "material": name,
@@ -48,7 +48,7 @@ def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
                     "pressures_Pa": critical,
                     "over_projectile_mass": {key: float(part.sum()) for key, part in above.items()},
                     "counting_error": {
-                        key: float(np.sqrt((part**2).sum() * (1.0 - len(part) / len(share))))
+                        key: float(np.sqrt((part**2).sum() * (1.0 - len(part) / len(fraction))))
                         for key, part in above.items()
                     },
                     "source": material.load(name)[SECTION]["source"],
@@ -57,7 +57,7 @@ def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
     return {"by": "peak pressure", "projectile_mass_kg": projectile_mass, "parts": found, "not_known_of": without}
 
 
-def lines(facts: Mapping[str, Any]) -> list[str]:
+def shock_melt_lines(facts: Mapping[str, Any]) -> list[str]:
     """The same in words, one line for each material of each body."""
     said = []
     for part in facts.get("parts", []):

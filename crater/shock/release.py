@@ -34,7 +34,7 @@ WORDS = {
     "vapour": "vapour wholly",
     "shock_melting_begins": "as hot as its melting point, by peak pressure",
     "shock_boiling_begins": "begins to boil, by peak pressure",
-    "boiled": "boiled, by the share of each particle",
+    "boiled": "boiled, by the fraction of each particle",
     "hotter": "hotter than its melting point at the end",
 }
 """Keys of the masses, and what they are called."""
@@ -87,7 +87,7 @@ def _summed(parts: Mapping[str, np.ndarray]) -> dict[str, dict[str, float]]:
     }
 
 
-def lines(facts: list[Mapping[str, Any]]) -> list[str]:
+def release_lines(facts: list[Mapping[str, Any]]) -> list[str]:
     """The same in words, one line for each material of each body."""
     return [
         f"{part['material']} of the {part['body']} in projectile masses, by entropy and temperature: "

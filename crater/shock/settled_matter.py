@@ -9,7 +9,7 @@ of the final crater, distances are from its axis, heights above the undisturbed 
                    it now (Melosh 1989, section 8.2: shocked and broken matter that slid back, and what fell into it)
 
 First depths are means of the target's matter in each grain, below the undisturbed ground, and their quantiles go by
-mass. Melt and vapour: sum of m_g x_g over the grains, x_g the share of a grain's mass shocked above the material's
+mass. Melt and vapour: sum of m_g x_g over the grains, x_g the fraction of a grain's mass shocked above the material's
 critical pressure, inside R (whatever the depth), beyond it, still in flight, and gone (left the bed or escaped);
 errors are those of counting grains, sqrt(sum (m_g x_g)^2). What lies beside and below the bed is in none of them.
 """
@@ -31,8 +31,8 @@ from matter.wording import readable
 
 SOURCES = ("Melosh1989",)
 RIM, BLANKET, LENS = "rim", "blanket", "breccia lens"
-SHARES = {"melting_fraction": "begins to melt", "melt_fraction": "molten", "vapour_fraction": "vapour"}
-"""Fields of grains that are shares above critical pressures, and what they are called."""
+FRACTIONS = {"melting_fraction": "begins to melt", "melt_fraction": "molten", "vapour_fraction": "vapour"}
+"""Fields of grains that are fractions above critical pressures, and what they are called."""
 PARTS = ("inside", "outside", "in flight", "gone")
 RESTING, FLYING, GONE = 0, 1, 2
 
@@ -72,7 +72,7 @@ def facts(grains: Particles, final: Measures, transient: Measures | None, projec
         }  # fmt: skip
         found["over_projectile_mass"] = {
             field: {part: _summed(grains, field, rows, projectile_mass) for part, rows in where.items()}
-            for field in SHARES
+            for field in FRACTIONS
         }
         found["not_known_of"] = unknown
         found["without_vapour"] = [name for name in names if "vapour" not in shock_phases.pressures(name)]
@@ -92,8 +92,8 @@ def _above_floor(grains: Particles, transient: Measures | None) -> np.ndarray:
 
 def _zone(grains: Particles) -> dict[str, Any]:
     """Mass, first depths and distances, shock and projectile of one zone."""
-    share = grains.projectile_fraction.astype(float) if "projectile_fraction" in grains else np.zeros(len(grains))
-    target = grains.mass * (1.0 - share)
+    fraction = grains.projectile_fraction.astype(float) if "projectile_fraction" in grains else np.zeros(len(grains))
+    target = grains.mass * (1.0 - fraction)
     some = np.isfinite(grains.first_depth) & (target > 0.0)
     depth, mass = grains.first_depth[some].astype(float), target[some]
     total = float(grains.mass.sum())
@@ -102,9 +102,9 @@ def _zone(grains: Particles) -> dict[str, Any]:
         "grains": len(grains),
         "first_depth_m": {name: quantile(depth, mass, q) for name, q in (("low", 0.1), ("half", 0.5), ("high", 0.9))},
         "first_distance_half_m": quantile(grains.first_distance[some].astype(float), mass, 0.5),
-        "projectile_share": float(grains.mass @ share) / total,
+        "projectile_share": float(grains.mass @ fraction) / total,
     }
-    for field in SHARES:
+    for field in FRACTIONS:
         if field in grains:
             found[field] = float(grains.mass @ grains[field].astype(float)) / total
     if "peak_pressure_mean" in grains:
@@ -116,9 +116,9 @@ def _by_distance(grains: Particles, datum: Datum, radius: float) -> list[dict[st
     """Mass of the target [kg] by class of first depth, in final apparent diameters, for each class of distance, as
     ``excavation`` gives it of what lands in free flight."""
     known = grains.select(np.isfinite(grains.first_depth))
-    share = known.projectile_fraction if "projectile_fraction" in known else np.zeros(len(known))
+    fraction = known.projectile_fraction if "projectile_fraction" in known else np.zeros(len(known))
     away, depth = datum.polar(known.position)[0] / radius, known.first_depth / (2.0 * radius)
-    return excavation.classes(away, depth, known.mass * (1.0 - share))
+    return excavation.classes(away, depth, known.mass * (1.0 - fraction))
 
 
 def _summed(grains: Particles, field: str, rows: np.ndarray, unit: float) -> dict[str, float]:
@@ -126,7 +126,7 @@ def _summed(grains: Particles, field: str, rows: np.ndarray, unit: float) -> dic
     return {"value": float(part.sum()), "counting_error": float(np.sqrt(np.sum(part**2)))}
 
 
-def lines(found: Mapping[str, Any]) -> list[str]:
+def settled_lines(found: Mapping[str, Any]) -> list[str]:
     """The same in two lines; none where nothing is known."""
     said = []
     # in a file what is not known is null

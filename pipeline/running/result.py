@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from crater.results import heads
+from crater.results import column_labels
 from matter.files import archive
 from matter.wording import readable
 from matter.wording.crater_measures import TABLE
@@ -20,8 +20,8 @@ def table(run: Path) -> str:
     if not path.is_file():
         return ""
     measures = archive.read_json(path)
-    columns = heads.columns(measures)
-    rows = [("", [head.title for head, _ in columns]), ("", [head.when for head, _ in columns])]
+    columns = column_labels.columns(measures)
+    rows = [("", [label.title for label, _ in columns]), ("", [label.when for label, _ in columns])]
     for row in (row for row in TABLE if row.terminal):
         cells = [shown(entry.get(row.name)) for _, entry in columns]
         if any(cells):
@@ -42,7 +42,7 @@ def table(run: Path) -> str:
     return "\n".join(line for line in [*lines, *_soundness(measures.get("soundness", {}))] if line)
 
 
-def _errors(columns: list[tuple[heads.Head, Mapping[str, Any]]]) -> str:
+def _errors(columns: list[tuple[column_labels.ColumnLabel, Mapping[str, Any]]]) -> str:
     """What the errors are, and whether they hold the scatter of the whole chain."""
     from crater.measures import chain
 
@@ -78,37 +78,37 @@ def _soundness(facts: Mapping[str, Any]) -> list[str]:
 def _of_body(facts: Mapping[str, Any]) -> list[str]:
     from crater.bodies import body_report
 
-    return body_report.lines(facts)
+    return body_report.body_lines(facts)
 
 
 def _molten(facts: Mapping[str, Any]) -> list[str]:
     from crater.shock import phases
 
-    return phases.lines(facts)
+    return phases.shock_melt_lines(facts)
 
 
 def _excavated(facts: Mapping[str, Any]) -> list[str]:
     from crater.ejecta import excavation
 
-    return [readable.terminal(line) for line in excavation.lines(facts)]
+    return [readable.terminal(line) for line in excavation.excavation_lines(facts)]
 
 
 def _heated(facts: list[Mapping[str, Any]]) -> list[str]:
     from crater.shock import release
 
-    return release.lines(facts)
+    return release.release_lines(facts)
 
 
 def _melted(facts: Mapping[str, Any]) -> list[str]:
     from crater.scaling import melt
 
-    return melt.lines(facts)
+    return melt.melt_lines(facts)
 
 
 def _settled(facts: Mapping[str, Any]) -> list[str]:
     from crater.shock import settled_matter
 
-    return [readable.terminal(line) for line in settled_matter.lines(facts)]
+    return [readable.terminal(line) for line in settled_matter.settled_lines(facts)]
 
 
 def _published(entry: dict[str, Any]) -> str:

@@ -72,7 +72,7 @@ def test_the_ground_of_grains_is_the_shape_that_they_fill(even):
     chart = seen.chart
     assert abs(np.average(chart.before, weights=chart.points.area)) < 0.05 * SPACING
     assert 0.0 < chart.noise < 0.3
-    assert np.abs(chart.change).max() == 0.0 and chart.share == 0.0
+    assert np.abs(chart.change).max() == 0.0 and chart.resurfaced_fraction == 0.0
     assert enclosed(chart.ground(False), chart.points.triangles) == pytest.approx(shape.solid.volume, rel=0.02)
     assert chart.points.area.sum() == pytest.approx(_surface(shape), rel=0.01)
 
@@ -328,7 +328,7 @@ def test_the_map_is_a_surface_that_pyvista_opens(even, tmp_path):
     opened = pyvista.read(tmp_path / "map.vtkhdf")
     assert opened.n_cells == len(seen.chart.points.triangles)
     assert opened.point_data["height_change"] == pytest.approx(seen.chart.change)
-    lines = body_report.lines(json.loads(json.dumps({"final": "dem", "dem": stage.as_dict(tmp_path)})))
+    lines = body_report.body_lines(json.loads(json.dumps({"final": "dem", "dem": stage.as_dict(tmp_path)})))
     assert lines[0] == "the body: a crater (as told)" and any("longest axis" in line for line in lines)
     assert "<h2>The body</h2>" in body_report.section([stage], tmp_path)
 

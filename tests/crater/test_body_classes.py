@@ -161,7 +161,7 @@ def test_the_share_of_a_hollow_is_that_of_a_cap():
     chart = on_a_ball(lambda cos: 0.0 * cos)
     # twice the chord from pole to rim: areas are kept
     angle = math.radians(45.0)
-    share = classes.share_of(4.0 * math.sin(0.5 * angle), chart)
+    share = classes.area_fraction(4.0 * math.sin(0.5 * angle), chart)
     assert share == pytest.approx(0.5 * (1.0 - math.cos(angle)), rel=2e-3)
     assert share == pytest.approx(classes.LOCAL, rel=2e-3)
     assert classes.half_angle(0.5 * (1.0 - math.cos(angle))) == pytest.approx(45.0)

@@ -161,9 +161,9 @@ def test_a_map_of_many_points_is_thinned_out_for_the_page(run, monkeypatch):
     out = run.parent / "again"
     out.mkdir()
     stage.run(settings, run, out)
-    whole = body_view.data(kept[0], body_view.thinned(kept[0]))
+    whole = body_view.data(kept[0], body_view.coarsened(kept[0]))
     monkeypatch.setattr(body_view, "MOST_POINTS", 700)
-    few = body_view.data(kept[0], body_view.thinned(kept[0]))
+    few = body_view.data(kept[0], body_view.coarsened(kept[0]))
     ends = [body_view.corners(content, "after") for content in (whole, few)]
     assert 600 < len(ends[1]) <= 700 < len(ends[0])
     away = cKDTree(ends[0]).query(ends[1])[0]

@@ -31,9 +31,9 @@ def test_small_grains_in_the_pores_take_no_large_one_from_the_ground() -> None:
     # thirty small ones about each grain of the floor: more than the dozen neighbours that are asked for
     way = rng.normal(size=(len(floor), 30, 3))
     fines = (floor[:, None] + 0.58 * way / np.linalg.norm(way, axis=2)[:, :, None]).reshape(-1, 3)
-    alone = cloud.supported(cloud.of(_grains(large, np.full(len(large), 0.5))))
+    alone = cloud.supported(cloud.particle_cloud(_grains(large, np.full(len(large), 0.5))))
     radius = np.concatenate([np.full(len(large), 0.5), np.full(len(fines), 0.06)])
-    among = cloud.supported(cloud.of(_grains(np.vstack([large, fines]), radius)))
+    among = cloud.supported(cloud.particle_cloud(_grains(np.vstack([large, fines]), radius)))
     assert alone.all()
     assert np.array_equal(among[: len(large)], alone)
 
@@ -43,7 +43,7 @@ def test_a_large_grain_above_the_ground_is_not_held_by_small_ones() -> None:
     large = np.vstack([_ground(rng), [[5.5, 5.5, 9.0]]])
     fines = np.array([5.5, 5.5, 9.0]) + 0.3 * rng.normal(size=(200, 3))
     radius = np.concatenate([np.full(len(large), 0.5), np.full(len(fines), 0.06)])
-    held = cloud.supported(cloud.of(_grains(np.vstack([large, fines]), radius)))
+    held = cloud.supported(cloud.particle_cloud(_grains(np.vstack([large, fines]), radius)))
     assert held[: len(large) - 1].all()
     assert not held[len(large) - 1 :].any()
 
@@ -119,7 +119,7 @@ def test_expanded_matter_is_ground_where_it_sinks_with_the_floor(up: float, coun
     fields["velocity"] = np.where(top[:, None], [0.0, 0.0, up], 0.0)
     fields["density"] = np.where(top, 0.4 * fields["density"], fields["density"])
     fields |= {"distention": np.full(len(points), 2.0), "material": np.zeros(len(points))}
-    cloudy = cloud.of(Particles(fields, {"reference_densities_kg_m3": [solid]}))
+    cloudy = cloud.particle_cloud(Particles(fields, {"reference_densities_kg_m3": [solid]}))
     assert np.array_equal(cloudy.low_density, top)
     height, speed = points[:, 2], fields["velocity"][:, 2]
     held = cloud.supported(cloudy, height, speed, 1.6, 300.0)

@@ -89,6 +89,7 @@ def test_a_bed_too_small_for_a_packing_fraction_is_taken_as_randomly_packed():
     p = box(np.random.default_rng(1))
     fields = {"position": p, "radius": np.full(len(p), 0.1)}
     found, usual = (
-        cloud.of(Particles(fields, {"packing_fraction": value}), "bed") for value in (np.nan, cloud.RANDOM_PACKING)
+        cloud.particle_cloud(Particles(fields, {"packing_fraction": value}), "bed")
+        for value in (np.nan, cloud.RANDOM_PACKING)
     )
     assert np.array_equal(found.volume, usual.volume)

@@ -45,14 +45,14 @@ MASS, LAYER = np.array([1.0, 2.0, 4.0, 8.0, 16.0]), np.array([0, 0, 0, 0, -1])
 
 def found(escape=250.0, **changed):
     frames = shots(VELOCITY, MASS, LAYER, **changed)
-    return catalogues.of(frames, GROUND, G, 2.0, escape), frames[-1]
+    return catalogues.ejecta_catalogue(frames, GROUND, G, 2.0, escape), frames[-1]
 
 
 def test_each_particle_is_led_to_its_launch_and_its_fate():
     rows, _ = found()
     order = np.argsort(rows.number)
     assert rows.number[order].tolist() == [0, 1, 3, 4]
-    assert rows.time == pytest.approx(np.full(4, 3.0)) and rows.place == pytest.approx(
+    assert rows.time == pytest.approx(np.full(4, 3.0)) and rows.position == pytest.approx(
         np.tile([1.0, 0.0, 0.0], (4, 1)), abs=1e-9
     )
     velocity = np.array(VELOCITY)[rows.number]
@@ -76,10 +76,10 @@ def test_mass_by_fate_closes_and_says_so_where_it_does_not():
     assert facts["landed"] == {"particles": 3, "distance_over_free_flight": pytest.approx(1.0)}
     frames = shots(VELOCITY, MASS, LAYER)
     frames[-1]["mass"] = MASS + np.array([0.0, 0.0, 0.5, 0.0, 0.0])
-    spoiled = catalogues.masses(catalogues.of(frames, GROUND, G, 2.0, 250.0), GROUND, CRATER, last)
+    spoiled = catalogues.masses(catalogues.ejecta_catalogue(frames, GROUND, G, 2.0, 250.0), GROUND, CRATER, last)
     assert spoiled["closure"] == pytest.approx(0.5 / 31.0)
     with pytest.raises(InputError, match="do not hold the same particles"):
-        catalogues.of([frames[0], frames[1].select(np.arange(4))], GROUND, G, 2.0, 0.0)
+        catalogues.ejecta_catalogue([frames[0], frames[1].select(np.arange(4))], GROUND, G, 2.0, 0.0)
 
 
 def test_on_a_body_the_catalogue_is_the_same_turned_about():
@@ -90,7 +90,7 @@ def test_on_a_body_the_catalogue_is_the_same_turned_about():
     for frame in frames:
         frame["position"] = body.outside(frame.position + np.array([0.0, 0.0, radius]))
         frame["velocity"] = frame.velocity @ np.asarray(body.axes)
-    rows = catalogues.of(frames, body, G, 2.0, 0.0)
+    rows = catalogues.ejecta_catalogue(frames, body, G, 2.0, 0.0)
     flat, _ = found(0.0)
     assert rows.number.tolist() == flat.number.tolist() and (rows.fate == ejecta_flight.FALLS).all()
     assert catalogues.distance(rows, body) == pytest.approx(catalogues.distance(flat, GROUND), rel=2e-3)
@@ -178,8 +178,8 @@ def test_who_knows_no_escape_speed_has_no_row_for_what_escapes(monkeypatch, grou
     datum = GROUND if ground == "plane" else datums.sphere(1e4)
     setting = Setting(SimpleNamespace(escape_speed=speed), Path(), datum, G, (1.0, 1.0))
     moment = SimpleNamespace(value=lambda name: 2.0 * CRATER, measures=SimpleNamespace(datum=GROUND), time=10.0)
-    monkeypatch.setattr(catalogues, "of", lambda *_: rows)
-    monkeypatch.setattr(size_classes, "of", lambda *_: np.zeros(len(rows.mass)))
+    monkeypatch.setattr(catalogues, "ejecta_catalogue", lambda *_: rows)
+    monkeypatch.setattr(size_classes, "sizes", lambda *_: np.zeros(len(rows.mass)))
     monkeypatch.setattr(size_classes, "masses", lambda *_: {"dust": dict.fromkeys(("lands beyond", "escapes"), 1.0)})
     found, reasons = thrown_out.of_run(setting, Ejected(), moment, False, [], last)
     assert setting.escape_known == known and not reasons

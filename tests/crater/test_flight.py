@@ -38,12 +38,12 @@ def launched(speed, angle, azimuth=0.3, at=(0.1, -0.2)):
 @pytest.mark.parametrize("speed,angle", [(300.0, 0.8), (1200.0, 0.4), (2000.0, 1.2), (2150.0, 0.7)])
 def test_an_orbit_seen_on_its_way_up_is_led_to_where_it_began_and_ends(speed, angle, seen):
     place, velocity = launched(speed, angle)
-    whole = ejecta_flight.of(BODY, G, 0.0, place[None], velocity[None])
+    whole = ejecta_flight.flight(BODY, G, 0.0, place[None], velocity[None])
     now = seen * whole.until[0]
     x, v = orbit(place, velocity, now)
-    found = ejecta_flight.of(BODY, G, 0.0, x[None], v[None])
+    found = ejecta_flight.flight(BODY, G, 0.0, x[None], v[None])
     assert found.fate[0] == ejecta_flight.FALLS
-    assert found.place[0] == pytest.approx(place, abs=1e-6 * R) and found.since[0] == pytest.approx(now, rel=1e-5)
+    assert found.position[0] == pytest.approx(place, abs=1e-6 * R) and found.since[0] == pytest.approx(now, rel=1e-5)
     assert found.velocity[0] == pytest.approx(velocity, abs=1e-5 * speed)
     end, fall = orbit(x, v, found.until[0])
     assert found.landing[0] == pytest.approx(end, abs=1e-5 * R)
@@ -54,7 +54,7 @@ def test_ranges_are_keplers():
     """tan(phi / 2) = q sin a cos a / (1 - q cos^2 a), q = v^2 / (g R) (Melosh 1989, section 6.1)."""
     for speed, angle in ((200.0, 0.9), (900.0, np.pi / 4), (1500.0, 0.3)):
         place, velocity = launched(speed, angle)
-        landing = ejecta_flight.of(BODY, G, 0.0, place[None], velocity[None]).landing[0]
+        landing = ejecta_flight.flight(BODY, G, 0.0, place[None], velocity[None]).landing[0]
         q = speed**2 / (G * R)
         wanted = 2.0 * np.arctan(q * np.sin(angle) * np.cos(angle) / (1.0 - q * np.cos(angle) ** 2))
         assert np.arccos(place @ landing / R**2) == pytest.approx(wanted, rel=1e-6)
@@ -64,24 +64,26 @@ def test_what_is_faster_than_escape_escapes_and_what_never_meets_the_ground_circ
     escape = np.sqrt(2.0 * G * R)
     place, velocity = launched(1.001 * escape, 0.7)
     x, v = orbit(place, velocity, 500.0)
-    found = ejecta_flight.of(BODY, G, 0.0, x[None], v[None])
+    found = ejecta_flight.flight(BODY, G, 0.0, x[None], v[None])
     assert found.fate[0] == ejecta_flight.ESCAPES and np.isnan(found.landing).all() and np.isnan(found.until[0])
-    assert found.place[0] == pytest.approx(place, abs=1e-5 * R) and found.since[0] == pytest.approx(500.0, rel=1e-4)
+    assert found.position[0] == pytest.approx(place, abs=1e-5 * R) and found.since[0] == pytest.approx(500.0, rel=1e-4)
     assert (
-        ejecta_flight.of(BODY, G, 0.0, *(a[None] for a in launched(0.999 * escape, 0.7))).fate[0]
+        ejecta_flight.flight(BODY, G, 0.0, *(a[None] for a in launched(0.999 * escape, 0.7))).fate[0]
         == ejecta_flight.FALLS
     )
     high = np.array([[0.0, 0.0, 1.5 * R]])
     swift = np.array([[np.sqrt(MU / (1.5 * R)), 0.0, 1.0]])
-    found = ejecta_flight.of(BODY, G, 0.0, high, swift)
+    found = ejecta_flight.flight(BODY, G, 0.0, high, swift)
     assert (
-        found.fate[0] == ejecta_flight.CIRCLES and found.place[0] == pytest.approx(high[0]) and found.since[0] == 0.0
+        found.fate[0] == ejecta_flight.CIRCLES
+        and found.position[0] == pytest.approx(high[0])
+        and found.since[0] == 0.0
     )
 
 
 def test_straight_up_comes_down_where_it_rose():
     place, velocity = np.array([0.0, 0.0, R]), np.array([0.0, 0.0, 800.0])
-    found = ejecta_flight.of(BODY, G, 0.0, place[None], velocity[None])
+    found = ejecta_flight.flight(BODY, G, 0.0, place[None], velocity[None])
     assert found.landing[0] == pytest.approx(place, abs=10.0)
     end, fall = orbit(place, velocity, found.until[0])
     assert end == pytest.approx(place, abs=1e-5 * R) and fall == pytest.approx(-velocity, abs=0.01)
@@ -90,10 +92,10 @@ def test_straight_up_comes_down_where_it_rose():
 def test_on_flat_ground_it_is_a_parabola_and_a_body_is_flat_for_slow_ejecta():
     v, t = np.array([30.0, -40.0, 60.0]), 12.0
     x = np.array([5.0, 6.0, 0.0]) + v * t + np.array([0.0, 0.0, -0.5 * G * t**2])
-    found = ejecta_flight.of(GROUND, G, 0.0, x[None], (v - np.array([0.0, 0.0, G * t]))[None])
-    assert found.place[0] == pytest.approx([5.0, 6.0, 0.0], abs=1e-9) and found.since[0] == pytest.approx(t)
+    found = ejecta_flight.flight(GROUND, G, 0.0, x[None], (v - np.array([0.0, 0.0, G * t]))[None])
+    assert found.position[0] == pytest.approx([5.0, 6.0, 0.0], abs=1e-9) and found.since[0] == pytest.approx(t)
     assert found.velocity[0] == pytest.approx(v) and found.until[0] == pytest.approx(120.0 / G - t)
     assert found.landing[0] == pytest.approx([5.0 + 30.0 * 120.0 / G, 6.0 - 40.0 * 120.0 / G, 0.0])
-    assert ejecta_flight.of(GROUND, G, 70.0, x[None], v[None]).fate[0] == ejecta_flight.ESCAPES
-    round_ = ejecta_flight.of(BODY, G, 0.0, np.array([[0.0, 0.0, R]]), v[None])
+    assert ejecta_flight.flight(GROUND, G, 70.0, x[None], v[None]).fate[0] == ejecta_flight.ESCAPES
+    round_ = ejecta_flight.flight(BODY, G, 0.0, np.array([[0.0, 0.0, R]]), v[None])
     assert round_.landing[0, :2] == pytest.approx(v[:2] * 120.0 / G, rel=5e-3)

@@ -59,7 +59,7 @@ def test_the_critical_pressure_is_where_the_hugoniot_has_that_energy(name):
 def test_nothing_is_said_of_slow_impacts_and_of_what_is_not_known():
     assert melt.facts(event(speed=11e3), "dunite") == {} != melt.facts(event(speed=12e3), "dunite")
     assert melt.facts(event(), "basalt") == {} == melt.facts(event(), "no such material")
-    assert melt.lines({}) == [] and report_matter.published({}) == ""
+    assert melt.melt_lines({}) == [] and report_matter.published({}) == ""
 
 
 def test_page_and_terminal_say_it():

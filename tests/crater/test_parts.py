@@ -45,7 +45,7 @@ def test_colour_field_follows_the_known_smoothing():
     means = []
     for seed in range(3):
         p = synthetic.cloud_on_plane(shape, 1.0, np.random.default_rng(seed), "lattice")
-        heights = surface.measure_heights(cloud.of(Particles(synthetic.as_fields(p, 1.0))), flat, columns)
+        heights = surface.measure_heights(cloud.particle_cloud(Particles(synthetic.as_fields(p, 1.0))), flat, columns)
         means.append([np.nanmean(heights.colour[a:b]) for a, b in zip(columns.start[:-1], columns.start[1:])])
     expected = surface_smoothing.smooth(shape.h, middle, np.ones(len(middle)))
     assert np.abs(np.mean(means, axis=0) - expected)[6:].max() < 0.06
@@ -53,7 +53,7 @@ def test_colour_field_follows_the_known_smoothing():
 
 def test_every_method_finds_flat_ground():
     p = synthetic.fill(np.random.default_rng(3), 1.0, (-12, -12, -6), (12, 12, 0), "lattice")
-    body = cloud.of(Particles(synthetic.as_fields(p, 1.0)))
+    body = cloud.particle_cloud(Particles(synthetic.as_fields(p, 1.0)))
     columns = surface.make_columns(body, datum.plane(), 8.0)
     found = surface.measure_heights(body, datum.plane(), columns, "four")
     assert np.nanmean(found.colour) == pytest.approx(0.0, abs=0.06)

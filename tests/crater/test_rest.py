@@ -9,7 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from crater.results import heads, rest
+from crater.results import column_labels, rest
 from crater.results.series import Moment
 
 T = np.linspace(10.0, 1000.0, 40)
@@ -87,12 +87,14 @@ def entry(time, depth=1.0, **more):
 
 def test_both_maxima_are_named_with_their_times():
     transient = {"at_maximum_volume": entry(420.0, stage="sph"), "at_maximum_depth": entry(360.0, stage="sph")}
-    found = heads.columns({"transient": transient, "final": entry(3840.0, settled=True, **{"from": "settled grains"})})
-    assert [head.line for head, _ in found] == [
+    found = column_labels.columns(
+        {"transient": transient, "final": entry(3840.0, settled=True, **{"from": "settled grains"})}
+    )
+    assert [label.line for label, _ in found] == [
         "transient, maximum volume, 7.0 min, SPH", "transient, maximum depth, 6.0 min, SPH",
         "final, 64.0 min, settled grains"]  # fmt: skip
     transient["at_maximum_depth"] = entry(420.0, stage="sph")
-    assert [head.line for head, _ in heads.columns({"transient": transient})] == [
+    assert [label.line for label, _ in column_labels.columns({"transient": transient})] == [
         "transient, maximum volume and depth, 7.0 min, SPH"
     ]
 
@@ -103,9 +105,9 @@ def test_what_still_grows_is_the_last_snapshot_and_stands_there_once():
         "at_maximum_depth": entry(4.0, stage="sph", growing=False),
     }
     last = entry(6.0, settled=False, state="still growing", **{"from": "all-SPH late stage"})
-    lines = [head.line for head, _ in heads.columns({"transient": transient, "final": last})]
+    lines = [label.line for label, _ in column_labels.columns({"transient": transient, "final": last})]
     assert lines == ["transient, maximum depth, 4 s, SPH", "last snapshot, still growing, 6 s, all-SPH late stage"]
-    lines = [head.line for head, _ in heads.columns({"transient": transient, "final": {"reason": "none"}})]
+    lines = [label.line for label, _ in column_labels.columns({"transient": transient, "final": {"reason": "none"}})]
     assert lines[0] == "last snapshot, volume still growing, 6 s, SPH" and not any("final" in line for line in lines)
 
 

@@ -80,7 +80,7 @@ def test_melt_inside_and_outside_sums_to_all_of_it():
     assert molten["inside"]["value"] == pytest.approx(inside.sum() / MASS)
     assert molten["inside"]["counting_error"] == pytest.approx(np.sqrt(inside.sum()) / MASS)
     assert molten["outside"]["value"] == 0.0
-    for name in settled_matter.SHARES:
+    for name in settled_matter.FRACTIONS:
         parts = sum(part["value"] for part in facts["over_projectile_mass"][name].values())
         assert parts == pytest.approx(float(grains.mass @ grains[name]) / MASS, rel=1e-6)
     assert facts["over_projectile_mass"]["melting_fraction"]["in flight"]["value"] > 0.0

@@ -46,7 +46,7 @@ def thrown():
 
 def test_whole_particles_that_hang_together_are_a_piece():
     rows, last = thrown()
-    sizes = size_classes.of(rows, last)
+    sizes = size_classes.sizes(rows, last)
     assert sizes.number[:27].tolist() == [size_classes.SEVERAL] * 27
     assert sizes.number[27:].tolist() == [2, 2, 1, 0, 0, 0, 0, 2, 2]
     assert sizes.fragment_mass[:30] == pytest.approx([54.0] * 27 + [4.0, 4.0, 2.0])
@@ -58,7 +58,7 @@ def test_whole_particles_that_hang_together_are_a_piece():
 
 def test_masses_by_class_and_fate_hold_all_that_was_thrown():
     rows, last = thrown()
-    sizes = size_classes.of(rows, last)
+    sizes = size_classes.sizes(rows, last)
     table = size_classes.masses(rows, sizes, GROUND, 100.0)
     assert table["several particles"]["escapes"] == 54.0 and table["several particles"]["lands beyond"] == 4.0
     assert table["one particle"]["lands beyond"] == 2.0 and table["smaller than a particle"]["lands beyond"] == 8.0
@@ -68,16 +68,16 @@ def test_masses_by_class_and_fate_hold_all_that_was_thrown():
 
 def test_without_damage_there_are_no_classes():
     rows, last = thrown()
-    assert size_classes.of(rows, Particles({**last, "damage": np.zeros(len(last))})) is None
-    assert size_classes.of(rows, Particles({name: last[name] for name in last if name != "damage"})) is None
+    assert size_classes.sizes(rows, Particles({**last, "damage": np.zeros(len(last))})) is None
+    assert size_classes.sizes(rows, Particles({name: last[name] for name in last if name != "damage"})) is None
     assert size_classes.columns(None) == {}
     # loose ground, broken from the start: nothing in the run says how large its pieces are
-    assert size_classes.of(rows, Particles({**last, "damage": np.ones(len(last))})) is None
+    assert size_classes.sizes(rows, Particles({**last, "damage": np.ones(len(last))})) is None
 
 
 def test_the_file_of_the_catalogue_holds_them(tmp_path):
     rows, last = thrown()
-    sizes = size_classes.of(rows, last)
+    sizes = size_classes.sizes(rows, last)
     words = {"size_classes": list(size_classes.CLASSES)}
     catalogues.write(rows, last, GROUND, 1.0, tmp_path / "ejecta.h5", size_classes.columns(sizes), words)
     arrays, facts = archive.read(tmp_path / "ejecta.h5")

@@ -15,7 +15,7 @@ from matter.wording import readable
 METHODS = {"sph": "SPH", "dem": "grains"}
 
 
-class Head(NamedTuple):
+class ColumnLabel(NamedTuple):
     """``key`` of the column (``transient/volume``, ``final``), its ``stage`` (transient or final), and two lines: what
     it is, and when."""
 
@@ -41,24 +41,24 @@ class Moment(NamedTuple):
     measured: Any
 
 
-def transient(moments: Sequence[str], time: float | None, stage: str, growing: Sequence[str] = ()) -> Head:
-    """Head of the transient crater at the maxima of ``moments`` (they may fall on one snapshot); ``growing``: those of
-    them that still grow at the end."""
+def transient(moments: Sequence[str], time: float | None, stage: str, growing: Sequence[str] = ()) -> ColumnLabel:
+    """Label of the transient crater at the maxima of ``moments`` (they may fall on one snapshot); ``growing``: those
+    of them that still grow at the end."""
     title = f"last snapshot, {_listed(growing)} still growing" if growing else f"transient, maximum {_listed(moments)}"
-    return Head(f"transient/{moments[0]}", "transient", title, when(time, METHODS.get(stage, stage)))
+    return ColumnLabel(f"transient/{moments[0]}", "transient", title, when(time, METHODS.get(stage, stage)))
 
 
 def _listed(names: Sequence[str]) -> str:
     return " and ".join(part for part in (", ".join(names[:-1]), names[-1]) if part)
 
 
-def final(entry: Mapping[str, Any]) -> Head:
-    """Head of the ``final`` entry of ``measures.json``: *final* where it is settled (or the file is too old to say),
+def final(entry: Mapping[str, Any]) -> ColumnLabel:
+    """Label of the ``final`` entry of ``measures.json``: *final* where it is settled (or the file is too old to say),
     else the last snapshot and its state."""
     title = (
         "final" if entry.get("settled", True) else f"last snapshot, {entry.get('state', 'not known to be at rest')}"
     )
-    return Head("final", "final", title, when(_time(entry), str(entry.get("from", ""))))
+    return ColumnLabel("final", "final", title, when(_time(entry), str(entry.get("from", ""))))
 
 
 def when(time: float | None, what: str) -> str:
@@ -66,24 +66,24 @@ def when(time: float | None, what: str) -> str:
     return ", ".join(part for part in (readable.clock(time) if time is not None else "", what) if part)
 
 
-def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[Head, Any]]:
+def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[ColumnLabel, Any]]:
     """Columns of the transient crater: maxima that fall on one snapshot share one; what still grows at the time
     ``end`` [s] of the last column has none."""
     groups: dict[float | None, list[Moment]] = {}
     for moment in moments:
         groups.setdefault(moment.time, []).append(moment)
-    heads = []
+    labels = []
     for time, group in groups.items():
         growing = [moment.of for moment in group if moment.growing]
         if len(growing) == len(group) and time is not None and time == end:
             continue
-        heads.append((transient([moment.of for moment in group], time, group[0].stage, growing), group[0].measured))
-    return heads
+        labels.append((transient([moment.of for moment in group], time, group[0].stage, growing), group[0].measured))
+    return labels
 
 
 def columns(
     measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "depth")
-) -> list[tuple[Head, Mapping[str, Any]]]:
+) -> list[tuple[ColumnLabel, Mapping[str, Any]]]:
     """Heads and entries of ``measures.json`` for these ``moments`` and the final crater."""
     held, last = measures.get("transient", {}), measures.get("final", {})
     seen = []
@@ -92,12 +92,12 @@ def columns(
         if isinstance(entry, Mapping):
             seen.append(Moment(name, _time(entry), str(entry.get("stage", "")), bool(entry.get("growing")), entry))
     has_last = any(isinstance(cell, Mapping) and "value" in cell for cell in last.values())
-    heads = arranged(seen, _time(last) if has_last else None)
+    labels = arranged(seen, _time(last) if has_last else None)
     if not seen and any(
         isinstance(cell, Mapping) and isinstance(cell.get("value"), (int, float)) for cell in held.values()
     ):
-        heads.append((Head("transient/volume", "transient", "transient", when(_time(held), "")), held))
-    return [*heads, (final(last), last)] if has_last else heads
+        labels.append((ColumnLabel("transient/volume", "transient", "transient", when(_time(held), "")), held))
+    return [*labels, (final(last), last)] if has_last else labels
 
 
 def _time(entry: Mapping[str, Any]) -> float | None:
