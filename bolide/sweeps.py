@@ -51,7 +51,7 @@ def sweep(
     }
     varied = {key: list(values) for key, values in (vary or {}).items()}
     table = sweeps.read_table(sweeps.laid(read.sweep, given, varied), ())
-    sweep = sweeps.of(read, table, Path(out), until)
+    sweep = sweeps.planned_sweep(read, table, Path(out), until)
     each = threads or max(1, sweep_run.cores() // len(sweep.members))
     sweep_run.links(sweep)
     failed = sweep_run.Runner(

@@ -46,18 +46,18 @@ def _inspect_handoff(
         for option, given in (("--only", only), ("--draws", draws), ("--threads", threads)):
             if given and not sensitivity:
                 raise InputError(f"{option} goes with --sensitivity")
-        place = run.parent if run.name == "4_handoff" else run  # either is understood
+        run_folder = run.parent if run.name == "4_handoff" else run  # either is understood
         if sensitivity:
             from pipeline.uncertainty import sensitivity as runs
 
-            runs.run(place, only, threads, draws or runs.DRAWS)
-        intact.check_shown(place, "handoff")
-        code = handoff_report.print_ledger(place)
-        if lock.taken(busy := place / "run.lock"):
-            print(f"\nthe page stays as it is: {place} is in use by {lock.holder(busy)}")
+            runs.run(run_folder, only, threads, draws or runs.DRAWS)
+        intact.check_shown(run_folder, "handoff")
+        code = handoff_report.print_ledger(run_folder)
+        if lock.taken(busy := run_folder / "run.lock"):
+            print(f"\nthe page stays as it is: {run_folder} is in use by {lock.holder(busy)}")
         else:
-            with view.owned(place, "handoff") as out:
-                handoff_report.write(place, out, pictures)
+            with view.owned(run_folder, "handoff") as out:
+                handoff_report.write(run_folder, out, pictures)
             print(f"\nreport: {out / 'report.html'}")
         return code
 

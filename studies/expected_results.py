@@ -29,7 +29,7 @@ def main() -> int:
     given = parser.parse_args()
     try:
         case = cases.read(given.case, given.preset)
-        if (table := expected.of(case)) is None:
+        if (table := expected.expected_result(case)) is None:
             raise InputError(
                 f"{given.case / expected.FILE} says nothing of the preset {given.preset}: studies/chain_error.py "
                 f"measures it"
@@ -42,7 +42,7 @@ def main() -> int:
     except InputError as reason:
         print(reason, file=sys.stderr)
         return reason.exit_code
-    apart = [f"{one.crater} {one.measure}: {one.apart:+.1f} sigma" for one in found if not one.agrees]
+    apart = [f"{one.crater} {one.measure}: {one.deviation:+.1f} sigma" for one in found if not one.agrees]
     print(
         f"{len(found) - len(apart)} of {len(found)} measures as expected"
         + "".join(f"\n  differs: {line}" for line in apart)

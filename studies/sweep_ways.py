@@ -211,7 +211,7 @@ def _all(given: argparse.Namespace) -> int:
     for way in given.ways or WAYS:
         if (given.out / f"{way}.csv").is_file():
             continue
-        sweep = sweeps.of(read, table, given.out / way)
+        sweep = sweeps.planned_sweep(read, table, given.out / way)
         at_once = sweep_run.side_by_side(sweep, given.threads)
         print(f"== {way}: {len(sweep.members)} members, {given.threads} thread(s) each, {at_once} at once", flush=True)
         began = time.monotonic()

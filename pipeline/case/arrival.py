@@ -1,4 +1,4 @@
-"""``[target] arrival``: the direction in which the projectile flies, in the frame of an ellipsoid or mesh, in place of
+"""``[target] arrival``: the direction in which the projectile flies, in the frame of an ellipsoid or mesh, instead of
 ``azimuth``, ``[impact] angle_from_vertical`` and, where they are left out too, ``latitude`` and ``longitude``.
 
 What follows from it is filled in, so that a document that has been completed once says the same again.

@@ -34,20 +34,22 @@ def complaints(model: type[BaseModel], error: ValidationError) -> list[Complaint
     one complaint, not one for each."""
     # a default that could not be worked out is no mistake of its own: what it goes by has one
     entries = [entry for entry in error.errors(include_url=False) if entry["type"] != "default_factory_not_called"]
-    places = [path_of(model, entry) for entry in entries]
-    by_place: dict[KeyPath, list[str]] = {}
-    for entry, place in zip(entries, places):
+    key_paths = [path_of(model, entry) for entry in entries]
+    by_key: dict[KeyPath, list[str]] = {}
+    for entry, key_path in zip(entries, key_paths):
         # a list whose elements are all wrong is also reported as too short: that is no second mistake
-        if entry["type"] == "too_short" and any(other[: len(place)] == place and other != place for other in places):
+        if entry["type"] == "too_short" and any(
+            other[: len(key_path)] == key_path and other != key_path for other in key_paths
+        ):
             continue
-        by_place.setdefault(place, []).append(_worded(model, place, entry))
-    return [Complaint(place, _joined(messages)) for place, messages in by_place.items()]
+        by_key.setdefault(key_path, []).append(_worded(model, key_path, entry))
+    return [Complaint(key_path, _joined(messages)) for key_path, messages in by_key.items()]
 
 
 def path_of(model: type[BaseModel], entry: Any) -> KeyPath:
-    """The place of an error as keys of the file: what pydantic inserts for the branch of a union (``float``,
+    """The key path of an error of the file: what pydantic inserts for the branch of a union (``float``,
     ``function-after[...]``) is left out."""
-    place: list[str | int] = []
+    key_path: list[str | int] = []
     here: list[Any] = [model]
     loc = entry["loc"]
     for position, part in enumerate(loc):
@@ -55,11 +57,11 @@ def path_of(model: type[BaseModel], entry: Any) -> KeyPath:
         fields = [_fields(one)[part] for one in _tables(here) if part in _fields(one)] if isinstance(part, str) else []
         free = [argument for one in here for argument in _free_keys(one)]
         if fields or free or isinstance(part, int):
-            place.append(part)
+            key_path.append(part)
             here = fields or free or here
         elif last and entry["type"] in _UNKNOWN:
-            place.append(part)
-    return tuple(place)
+            key_path.append(part)
+    return tuple(key_path)
 
 
 _UNKNOWN = ("extra_forbidden", "unexpected_keyword_argument")
@@ -146,7 +148,7 @@ def unknown(word: str, names: list[str], what: str = "key") -> str:
     """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing
     is near."""
     near = nearest(word, names, 0.75)
-    if not near and (elsewhere := keys.places(word)):
+    if not near and (elsewhere := keys.paths_named(word)):
         return f"there is no such {what} here; did you mean {' or '.join(repr(name) for name in elsewhere[:3])}?"
     near = near or nearest(word, names)
     known = f" (known: {', '.join(names)})" if names and not near else ""

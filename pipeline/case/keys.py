@@ -23,13 +23,13 @@ from pipeline.case.case_table import CaseTable
 from pipeline.case.sweep_keys import SweepTable
 
 SHARED: dict[str, type[Model]] = {"target": Target, "impact": Impact}
-# keys that take the place of a whole stage (pipeline.case.outside): they stand in no settings
+# keys that replace a whole stage (pipeline.case.outside): they stand in no settings
 OUTSIDE = {
-    "nbody": "A file ``impact.toml`` in place of what this stage would find.",
-    "sph": "A snapshot (.vtkhdf) in place of this stage's last one. The ground before the impact is that of a "
+    "nbody": "A file ``impact.toml`` instead of what this stage would find.",
+    "sph": "A snapshot (.vtkhdf) instead of this stage's last one. The ground before the impact is that of a "
     "``target.json`` beside it, or else of [target].",
-    "bed": "A settled bed (.vtkhdf) in place of the one that this stage would make.",
-    "dem": "Settled grains (.vtkhdf) in place of this stage's last snapshot.",
+    "bed": "A settled bed (.vtkhdf) instead of the one that this stage would make.",
+    "dem": "Settled grains (.vtkhdf) instead of this stage's last snapshot.",
 }
 MATERIAL = "NAME"
 """Stands in a path for the name of a material."""
@@ -275,7 +275,7 @@ _SIZES = {
 }
 
 
-def places(word: str) -> list[str]:
+def paths_named(word: str) -> list[str]:
     """Full names of the keys and tables that are called ``word``, ``["impact.speed"]`` for "speed"."""
     return _by_last_word().get(word, [])
 
@@ -290,7 +290,7 @@ def _by_last_word() -> dict[str, list[str]]:
 
 
 def wildcard(path: tuple[str, ...]) -> tuple[str, ...]:
-    """A path of a case with the numbers of list elements left out, and ``NAME`` in place of a material."""
+    """A path of a case with the numbers of list elements left out, and ``NAME`` instead of a material."""
     parts = tuple(part for part in path if not part.isdigit())
     return (*parts[:2], MATERIAL, *parts[3:]) if parts[:2] == ("sph", "materials") and len(parts) > 2 else parts
 

@@ -17,7 +17,7 @@ from pipeline.case.complaints import Complaint
 
 _TARGET = "target.json"
 # where the stage would have left its result, and which fields the stages after it use
-PLACES = {"nbody": "impact.toml", "sph": "last.vtkhdf", "bed": "bed.vtkhdf", "dem": "last.vtkhdf"}
+FILES = {"nbody": "impact.toml", "sph": "last.vtkhdf", "bed": "bed.vtkhdf", "dem": "last.vtkhdf"}
 NEEDED = {
     "sph": formats.NEEDED["handoff"],
     "bed": ("position", "velocity", "mass", "radius", "material", "species", "headroom", "density"),
@@ -35,7 +35,7 @@ def install(stage: str, file: Path, out: Path, settings: Model | None = None) ->
     """
     if stage in NEEDED:
         check(stage, file)
-    shutil.copyfile(file, out / PLACES[stage])
+    shutil.copyfile(file, out / FILES[stage])
     if stage == "sph":
         shutil.copyfile(file, out / f"snap_0000{snapshot.SUFFIX}")
         if (text := ground(stage, file, settings)) is None:
@@ -71,7 +71,7 @@ def _beside(file: Path) -> Path:
 
 
 def faults(files: Mapping[str, Path], keys: Mapping[str, str]) -> list[Complaint]:
-    """What is wrong with the files that take the place of stages, read as far as that needs: kind, whole, fields,
+    """What is wrong with the files that replace stages, read as far as that needs: kind, whole, fields,
     companions."""
     complaints = []
     for stage, path in files.items():

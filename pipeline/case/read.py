@@ -99,8 +99,8 @@ def _contains(table: Any, path: KeyPath) -> bool:
 
 
 def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), size: str | None = None) -> Case:
-    """Read a case: a folder with ``case.toml``, the file itself, or the name of a shipped case; ``size`` takes the
-    place of its resolution (``pipeline.case.sizes``).
+    """Read a case: a folder with ``case.toml``, the file itself, or the name of a shipped case; ``size`` replaces
+    its resolution (``pipeline.case.sizes``).
 
     Complaints about overlays and files from elsewhere are kept in the case, for ``pipeline.settings.compose`` to
     report with the others. Raises ``InputError`` when there is no such file, it is not TOML, or it has no preset of

@@ -10,12 +10,14 @@ from matter.errors import InputError
 from pipeline.case import stages
 
 _HOUSE = Path(__file__).resolve().parents[2]
-PLACES = (_HOUSE / "cases", _HOUSE / "bolide" / "cases")
+FOLDERS = (_HOUSE / "cases", _HOUSE / "bolide" / "cases")
 
 
 def folders() -> dict[str, Path]:
     """Every shipped case by its name."""
-    return {file.parent.name: file.parent for place in reversed(PLACES) for file in sorted(place.glob("*/case.toml"))}
+    return {
+        file.parent.name: file.parent for folder in reversed(FOLDERS) for file in sorted(folder.glob("*/case.toml"))
+    }
 
 
 def located(where: Path) -> Path:

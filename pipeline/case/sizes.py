@@ -19,7 +19,7 @@ RESOLUTION = {
     ),
     "bed": (),
 }  # fmt: skip
-"""Keys that a size takes the place of: they would fix the number of particles, or belong to another one."""
+"""Keys that a size replaces: they would fix the number of particles, or belong to another one."""
 
 
 def laid(document: dict[str, Any], size: str) -> dict[str, Any]:

@@ -116,8 +116,8 @@ def guarded(action: Callable[[], int | None]) -> NoReturn:
 def worded(reason: OSError) -> str:
     """What the operating system, or a library that reads files, complains about: one line with the file's name."""
     words = reason.strerror or (str(reason) or type(reason).__name__).splitlines()[0]
-    place = " -> ".join(str(name) for name in (reason.filename, reason.filename2) if name)
-    return f"{place}: {words}" if place else f"cannot read or write a file: {words}"
+    names = " -> ".join(str(name) for name in (reason.filename, reason.filename2) if name)
+    return f"{names}: {words}" if names else f"cannot read or write a file: {words}"
 
 
 def watched(name: str, work: Callable[[], int]) -> int:

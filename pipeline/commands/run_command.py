@@ -32,7 +32,7 @@ def run_case(
         str | None,
         typer.Option(
             metavar="quick|standard|fine",
-            help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, in place of the case's own resolution.",
+            help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, instead of the case's own resolution.",
         ),
     ] = None,
     overrides: Annotated[

@@ -21,7 +21,7 @@ def swept(
     until: str | None,
     threads: int | None,
     instead: list[tuple[Any, str]],
-    anew: Any,
+    recompute: Any,
     scheduler: str | None,
 ) -> int:
     """Run a sweep or an ensemble, or what was asked for ``instead``."""
@@ -33,7 +33,7 @@ def swept(
             f"{' and '.join(option for _, option in asked) or '--sweep'} goes with [sweep] in the case or with "
             f"--vary: nothing is varied"
         )
-    if anew:
+    if recompute:
         raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
     if case.run:
         raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
@@ -41,7 +41,7 @@ def swept(
         drawn = tuple(ensembles.members(case, ensemble))
         sweep = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, drawn, until)
     else:
-        sweep = sweeps.of(case, sweeps.read_table(case.sweep, vary), out, until)
+        sweep = sweeps.planned_sweep(case, sweeps.read_table(case.sweep, vary), out, until)
     each = threads or max(1, sweep_run.cores() // len(sweep.members))
     for value, option in asked:
         print(

@@ -1,6 +1,6 @@
 """``run_case CASE --budget "5 GB"``: snapshots so far apart that a run fits into a stated part of the disk.
 
-What is thinned out is what only pictures and movies need: histories keep their own intervals, and ``KEPT`` snapshots
+What is left out is what only pictures and movies need: histories keep their own intervals, and ``KEPT`` snapshots
 of each stage stay, out of which the handoff chooses its time. The intervals become values of the run like any others.
 """
 

@@ -25,14 +25,14 @@ PROVENANCE = "provenance.json"
 def run_of(where: Path) -> Path | None:
     """The run folder that ``where`` names: the folder itself, or the ``case.used.toml`` in it; None for a case."""
     where = Path(where)
-    place = where.parent if where.name == USED else where
+    run_folder = where.parent if where.name == USED else where
     if (
-        place.is_dir()
-        and not (place / "case.toml").is_file()
-        and (place / USED).is_file()
-        and (place / PROVENANCE).is_file()
+        run_folder.is_dir()
+        and not (run_folder / "case.toml").is_file()
+        and (run_folder / USED).is_file()
+        and (run_folder / PROVENANCE).is_file()
     ):
-        return place
+        return run_folder
     return None
 
 
@@ -43,7 +43,7 @@ def read(
     out: Path | None = None,
     size: str | None = None,
 ) -> Case:
-    """A case, or that of a run folder, which then goes on in its own place. Raises ``InputError``."""
+    """A case, or that of a run folder, which then goes on in its own folder. Raises ``InputError``."""
     overrides = tuple(overrides)
     run = run_of(where)
     if run is None:

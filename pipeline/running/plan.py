@@ -60,14 +60,14 @@ def first_to_make(request: Request, settings: Mapping[str, Model]) -> str:
 
 def _looked_through(request: Request, settings: Mapping[str, Model]) -> Iterator[tuple[str, str, str]]:
     """Wanted stage, what would become of it, and its name in the store where that is known."""
-    run, places = request.run_folder, dict[str, Path]()
+    run, folders = request.run_folder, dict[str, Path]()
     first = request.wanted[0] if request.fresh else request.start
-    anew = {*view.to_make_anew(run), *(stages.ORDER[stages.ORDER.index(first) :] if first else ())}
+    pending = {*view.pending_recompute(run), *(stages.ORDER[stages.ORDER.index(first) :] if first else ())}
     for stage in stages.ORDER:
         mine = stages.folder(run, stage)
         if stage not in request.wanted:
             if mine.exists():
-                places[stage] = mine
+                folders[stage] = mine
             continue
         elsewhere = request.case.outside.get(stage)
         if stage not in settings and elsewhere is None:
@@ -75,22 +75,22 @@ def _looked_through(request: Request, settings: Mapping[str, Model]) -> Iterator
         missing = [
             item
             for item in stages.READS[stage]
-            if item.partition("/")[0] in request.case.stages and item.partition("/")[0] not in places
+            if item.partition("/")[0] in request.case.stages and item.partition("/")[0] not in folders
         ]
         if missing and elsewhere is None:
-            yield stage, MADE if stage in anew or any("/" not in item for item in missing) else UNKNOWN, ""
+            yield stage, MADE if stage in pending or any("/" not in item for item in missing) else UNKNOWN, ""
             continue
-        who = identity.of(
-            stage, settings.get(stage), elsewhere, lambda earlier: places.get(earlier, stages.folder(run, earlier))
+        who = identity.stage_identity(
+            stage, settings.get(stage), elsewhere, lambda earlier: folders.get(earlier, stages.folder(run, earlier))
         )
-        entry = Entry.of(run, stage, who.key)
-        word = CONTINUED if folder.record(entry.place / folder.BEGUN) else MADE
-        if stage in anew:
+        entry = Entry.for_run(run, stage, who.key)
+        word = CONTINUED if folder.record(entry.path / folder.BEGUN) else MADE
+        if stage in pending:
             word = MADE
         elif folder.is_done(mine, who.inputs):
-            word, places[stage] = HERE, mine
+            word, folders[stage] = HERE, mine
         elif entry.done:
-            word, places[stage] = f"{STORED}, {entry.name}", entry.place
+            word, folders[stage] = f"{STORED}, {entry.name}", entry.path
         yield stage, word, entry.name
-        if stage == "nbody" and stage in places and impact_of(places[stage]).is_file():
-            settings = compose(request.with_impact_of(places[stage]), request.wanted)
+        if stage == "nbody" and stage in folders and impact_of(folders[stage]).is_file():
+            settings = compose(request.with_impact_of(folders[stage]), request.wanted)

@@ -38,12 +38,12 @@ class Held:
 
 def held(out: Path) -> list[Held]:
     """Everything in the store of a folder of runs, the oldest first. Raises ``InputError`` where there is none."""
-    place = Path(out) / store.STORE
-    if not place.is_dir():
-        raise InputError(f"{out} holds no store of stages ({place})")
-    shown = _shown(Path(out), place)
+    store_folder = Path(out) / store.STORE
+    if not store_folder.is_dir():
+        raise InputError(f"{out} holds no store of stages ({store_folder})")
+    shown = _shown(Path(out), store_folder)
     entries = []
-    for one in place.iterdir():
+    for one in store_folder.iterdir():
         if one.is_dir() and one.name.partition("-")[0] in stages.ORDER:
             last = max((path.stat().st_mtime for path in [one, *one.glob("*")] if path.exists()), default=0.0)
             entries.append(
@@ -58,10 +58,10 @@ def held(out: Path) -> list[Held]:
     return sorted(entries, key=lambda one: (one.since, one.name))
 
 
-def _shown(out: Path, place: Path) -> dict[str, set[Path]]:
+def _shown(out: Path, store_folder: Path) -> dict[str, set[Path]]:
     """Name in the store -> folders whose links lead there."""
     shown: dict[str, set[Path]] = {}
-    root, top = place.resolve(), len(out.resolve().parts)
+    root, top = store_folder.resolve(), len(out.resolve().parts)
     for where, folders, files in os.walk(out.resolve()):
         here = Path(where)
         if here == root or len(here.parts) - top >= _DEEP:
@@ -102,8 +102,8 @@ def chosen(entries: Iterable[Held], names: Iterable[str] = (), budget: float | N
 def remove(out: Path, going: Iterable[Held]) -> list[str]:
     """Remove folders of the store; names of those that are being made, or that a run at work shows, and stay. What a
     kill leaves half removed goes the next time."""
-    place, busy = Path(out) / store.STORE, []
-    for left in place.glob(f"{_TRASH}-*"):
+    store_folder, busy = Path(out) / store.STORE, []
+    for left in store_folder.glob(f"{_TRASH}-*"):
         shutil.rmtree(left, ignore_errors=True)
     for one in going:
         entry = one.name.removesuffix(".anew").removesuffix(".old")
@@ -111,9 +111,9 @@ def remove(out: Path, going: Iterable[Held]) -> list[str]:
             busy.append(one.name)
             continue
         try:
-            with lock.held(place / store.LOCKS / entry, entry):
-                trash = place / f"{_TRASH}-{one.name}"
-                os.replace(place / one.name, trash)
+            with lock.held(store_folder / store.LOCKS / entry, entry):
+                trash = store_folder / f"{_TRASH}-{one.name}"
+                os.replace(store_folder / one.name, trash)
         except InputError:
             busy.append(one.name)
             continue

@@ -19,7 +19,7 @@ from pipeline.settings.compose import compose, hash8
 
 @dataclass(frozen=True)
 class Request:
-    """What the user asked for: a case, where, from and until which stage, anew or not, on how many threads."""
+    """What the user asked for: a case, where, from and until which stage, recomputed or not, on how many threads."""
 
     case: Case
     out: Path = Path("runs")
@@ -91,7 +91,7 @@ def sensible(request: Request, settings: dict[str, Model]) -> list[str]:
 
 def impact_of(nbody: Path) -> Path:
     """The file in which the stage of the encounters leaves the impact."""
-    return nbody / outside.PLACES["nbody"]
+    return nbody / outside.FILES["nbody"]
 
 
 def _impact_file(request: Request) -> Path:

@@ -2,7 +2,7 @@
 
 A stage that the run shows is skipped when it is done with the same inputs. Else it is taken from the store by its key
 (``pipeline.settings.identity``), and made there where the store has it not: continued from its checkpoint when it was
-begun, or waited for while another run makes it. ``--from`` makes anew what the store has. SIGINT and SIGTERM ask the
+begun, or waited for while another run makes it. ``--from`` recomputes what the store has. SIGINT and SIGTERM ask the
 running stage to save and stop.
 """
 
@@ -83,7 +83,7 @@ def _to_do(request: Request) -> list[str]:
 
 
 def _unsound_before(request: Request) -> dict[str, str]:
-    """What stages said that ended unsound and are not asked for anew: the results after them rest on theirs."""
+    """What stages said that ended unsound and are not to be recomputed: the results after them rest on theirs."""
     run_folder, said = request.run_folder, dict[str, str]()
     for stage in stages.ORDER[: stages.ORDER.index(request.wanted[0])]:
         if stage in request.case.stages and (words := folder.done(stages.folder(run_folder, stage)).get("unsound")):
@@ -104,11 +104,11 @@ def _stop_between(state: progress.Progress) -> None:
 def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal: Journal, outcome: Outcome) -> None:
     """Skip, take from the store, install or make one stage."""
     run_folder, source = request.run_folder, request.case.outside.get(stage)
-    who = identity.of(stage, settings.get(stage), source, partial(stages.folder, run_folder))
+    who = identity.stage_identity(stage, settings.get(stage), source, partial(stages.folder, run_folder))
     mine, label = stages.folder(run_folder, stage), stages.folder(run_folder, stage).name
-    anew = view.to_make_anew(run_folder)
-    entry = Entry.of(run_folder, stage, who.key)
-    if stage not in anew:
+    pending = view.pending_recompute(run_folder)
+    entry = Entry.for_run(run_folder, stage, who.key)
+    if stage not in pending:
         if folder.is_done(mine, who.inputs):
             _there(
                 request,
@@ -122,47 +122,48 @@ def _one_stage(request: Request, stage: str, settings: dict[str, Model], journal
         _check_begun(mine, stage, who, journal)
     view.refuse_foreign(run_folder, stage)
     with entry.held(_waiting(label, journal)):
-        done = folder.record(entry.place / folder.DONE) if stage in anew else entry.done
-        if done and stage not in anew:
-            view.show(run_folder, stage, entry.place)
+        done = folder.record(entry.path / folder.DONE) if stage in pending else entry.done
+        if done and stage not in pending:
+            view.show(run_folder, stage, entry.path)
             _there(request, stage, done, f"taken from the store, {entry.name}", journal, outcome)
             return
         for earlier in dict.fromkeys(file.partition("/")[0] for file in stages.READS[stage] if source is None):
             intact.check_shown(run_folder, earlier)
-        place = entry.anew if done else entry.place
-        if stage in anew and not anew[stage]:
-            folder.remove(place)
-            view.make_anew(run_folder, {**anew, stage: True})
-        _make(request, stage, who, settings.get(stage), place, journal, outcome)
-        view.show(run_folder, stage, entry.finished(place))
-        view.make_anew(run_folder, {other: begun for other, begun in anew.items() if other != stage})
+        stage_folder = entry.remade if done else entry.path
+        if stage in pending and not pending[stage]:
+            folder.remove(stage_folder)
+            view.note_recompute(run_folder, {**pending, stage: True})
+        _make(request, stage, who, settings.get(stage), stage_folder, journal, outcome)
+        view.show(run_folder, stage, entry.finished(stage_folder))
+        view.note_recompute(run_folder, {other: begun for other, begun in pending.items() if other != stage})
 
 
-def _check_begun(place: Path, stage: str, who: Identity, journal: Journal) -> None:
+def _check_begun(stage_folder: Path, stage: str, who: Identity, journal: Journal) -> None:
     """Whether what this run has begun of a stage can be gone on with. Raises ``InputError`` where another version of
     the code began it: a checkpoint belongs to the program that wrote it."""
-    before = folder.mark(place / folder.BEGUN)
+    before = folder.mark(stage_folder / folder.BEGUN)
     if before.get("inputs_sha256") != who.inputs:
         return
     if before.get("sources_sha256", "") != who.sources:
         commit = f" (commit {before['commit'][:10]})" if isinstance(before.get("commit"), str) else ""
         raise InputError(
-            f"{place.name} was begun by another version of the code{commit}, and its checkpoints are that version's: "
-            f"finish it with that one, "
-            f"or begin it anew with --from {stage}"
+            f"{stage_folder.name} was begun by another version of the code{commit}, and its checkpoints are that "
+            f"version's: finish it with that one, "
+            f"or restart it with --from {stage}"
         )
     if before.get("threads") != who.threads:
         journal.screen.say(
-            f"{place.name}: begun with --threads {before.get('threads')}, which its bits depend on; with "
-            f"{who.threads} it is made anew"
+            f"{stage_folder.name}: begun with --threads {before.get('threads')}, which its bits depend on; with "
+            f"{who.threads} it is recomputed"
         )
 
 
 def _there(request: Request, stage: str, done: dict[str, Any], how: str, journal: Journal, outcome: Outcome) -> None:
     """A stage is done already: look at its files, and say so."""
-    place = stages.folder(request.run_folder, stage)
-    intact.check(place, stage, done.get("files", {}), content=False)
-    words = f"{place.name}: {how.partition(',')[0]} ({done.get('wall_s', 0):.1f} s){''.join(how.partition(',')[1:])}"
+    stage_folder = stages.folder(request.run_folder, stage)
+    intact.check(stage_folder, stage, done.get("files", {}), content=False)
+    words = f"{stage_folder.name}: {how.partition(',')[0]} ({done.get('wall_s', 0):.1f} s)"
+    words += "".join(how.partition(",")[1:])
     journal.screen.ends(stage, words)
     journal.log(words)
     if done.get("unsound"):
@@ -193,72 +194,72 @@ def _make(
     stage: str,
     who: Identity,
     settings: Model | None,
-    place: Path,
+    stage_folder: Path,
     journal: Journal,
     outcome: Outcome,
 ) -> None:
     """Make a stage, or go on with it, in a folder of the store."""
     run_folder, source = request.run_folder, request.case.outside.get(stage)
     label, made_by = stages.folder(run_folder, stage).name, who.as_record()
-    spent, continued = folder.begin(place, who.inputs, made_by)
-    view.show(run_folder, stage, place)
+    spent, continued = folder.begin(stage_folder, who.inputs, made_by)
+    view.show(run_folder, stage, stage_folder)
     journal.opens(stage)
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
-    journal.log(f"{label} {'continued' if continued else 'begins'}, {place.name}")
+    journal.log(f"{label} {'continued' if continued else 'begins'}, {stage_folder.name}")
     began = time.monotonic()
     cadence.taken()  # what another stage wrote is not this one's
     more: dict[str, Any] = dict(made_by)
     try:
         if source is not None:
-            outside.install(stage, source, place, settings)
+            outside.install(stage, source, stage_folder, settings)
             more["from"] = str(source.resolve())
         else:
             with compiling.told(lambda words: journal.screen.say(f"  {stage}  {words}")):
-                stages.make(stage, settings, run_folder, place)
+                stages.make(stage, settings, run_folder, stage_folder)
     except Unsound as reason:
-        outcome.unsound[stage] = str(reason).replace(str(place), str(stages.folder(run_folder, stage)))
+        outcome.unsound[stage] = str(reason).replace(str(stage_folder), str(stages.folder(run_folder, stage)))
         more["unsound"] = outcome.unsound[stage].replace(str(run_folder), _RUN)
     except BaseException:
-        folder.note_spent(place, who.inputs, spent + time.monotonic() - began, made_by)
+        folder.note_spent(stage_folder, who.inputs, spent + time.monotonic() - began, made_by)
         raise
     wall_s = spent + time.monotonic() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     sizes = {
         "process_peak_memory_bytes": peak,
-        "disk_bytes": folder.size_bytes(place),
-        "files": intact.files_of(place),
+        "disk_bytes": folder.size_bytes(stage_folder),
+        "files": intact.files_of(stage_folder),
         **cadence.taken(),
     }
     if missing := folder.lacking({"stage": stage, **sizes}):
         raise InputError(
-            f"{label} ended without {', '.join(missing)} in {place}: something took the folder's files away while the "
-            f"stage was made; the same command makes it again"
+            f"{label} ended without {', '.join(missing)} in {stage_folder}: something took the folder's files away "
+            f"while the stage was made; the same command makes it again"
         )
-    folder.finish(place, stage, who.inputs, wall_s, **more, **sizes)
+    folder.finish(stage_folder, stage, who.inputs, wall_s, **more, **sizes)
     note = f"; UNSOUND: {outcome.unsound[stage]}" if "unsound" in more else "; taken from a file" if source else ""
     journal.screen.ends(stage, f"{label}: done in {wall_s:.1f} s{note}")
     journal.log(f"{label} done, {wall_s:.1f} s{note}")
 
 
-def _by_other_sources(place: Path, who: Identity, stage: str) -> str:
+def _by_other_sources(stage_folder: Path, who: Identity, stage: str) -> str:
     """A word of warning when the program has changed since a stage was done: its settings are the same, its physics
     may not be."""
-    made_by = folder.record(place / folder.DONE).get("sources_sha256")
+    made_by = folder.record(stage_folder / folder.DONE).get("sources_sha256")
     if made_by in (None, who.sources):
         return ""
     return f", but computed by another version of the code; --from {stage} recomputes it"
 
 
 def _clear_the_way(request: Request, interrupted: bool) -> None:
-    """``--fresh`` and ``--from`` ask for stages anew that the store has, unless the same command was interrupted and
-    now goes on."""
+    """``--fresh`` and ``--from`` ask for the recomputation of stages that the store has, unless the same command was
+    interrupted and now goes on."""
     first = request.wanted[0] if request.fresh else request.start
     if first is None or (interrupted and not request.fresh):
         return
     later = stages.ORDER[stages.ORDER.index(first) :]
     if request.fresh:
         view.forget(request.run_folder, later)
-    view.make_anew(request.run_folder, view.to_make_anew(request.run_folder) | dict.fromkeys(later, False))
+    view.note_recompute(request.run_folder, view.pending_recompute(request.run_folder) | dict.fromkeys(later, False))
 
 
 def _threads(count: int | None) -> int:

@@ -70,26 +70,26 @@ def words(verdict: Verdict) -> str:
 
 def _one(request: Request, stage: str, settings: Any) -> Verdict:
     run = request.run_folder
-    place = stages.folder(run, stage)
-    done = folder.mark(place / folder.DONE)
+    stage_folder = stages.folder(run, stage)
+    done = folder.mark(stage_folder / folder.DONE)
     if not done:
         raise InputError(
-            f"{place} is not finished: there is nothing to verify; the same command without --verify runs it"
+            f"{stage_folder} is not finished: there is nothing to verify; the same command without --verify runs it"
         )
     if stage in request.case.outside or done.get("from"):
         return Verdict(stage, 0, (), "taken from a file, not computed here")
     if (engine := getattr(settings[stage], "engine", "native")) != "native":
         return Verdict(stage, 0, (), f"computed by {engine}, not here")
-    who = identity.of(stage, settings.get(stage), None, partial(stages.folder, run))
+    who = identity.stage_identity(stage, settings.get(stage), None, partial(stages.folder, run))
     if done.get("sources_sha256") != who.sources or done.get("threads") != who.threads:
         raise InputError(
-            f"{place.name} was made by another version of the code or with another number of threads: its bits can "
-            "only be compared with what made them"
+            f"{stage_folder.name} was made by another version of the code or with another number of threads: its bits "
+            "can only be compared with what made them"
         )
-    intact.check(place, stage, done.get("files", {}), content=True)
+    intact.check(stage_folder, stage, done.get("files", {}), content=True)
     scratch = Path(tempfile.mkdtemp(prefix=f".verify-{stage}-", dir=run))
     try:
-        _copy(place, scratch)
+        _copy(stage_folder, scratch)
         before = {path: path.stat().st_ino for path in results(scratch)}
         try:
             stages.make(stage, settings[stage], run, scratch)
@@ -99,30 +99,30 @@ def _one(request: Request, stage: str, settings: Any) -> Verdict:
         differ = [
             str(path.relative_to(scratch))
             for path in again
-            if not (place / path.relative_to(scratch)).is_file()
-            or content(path) != content(place / path.relative_to(scratch))
+            if not (stage_folder / path.relative_to(scratch)).is_file()
+            or content(path) != content(stage_folder / path.relative_to(scratch))
         ]
         return Verdict(stage, len(again), tuple(differ))
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _copy(place: Path, scratch: Path) -> None:
+def _copy(stage_folder: Path, scratch: Path) -> None:
     """The stage as it was at its last checkpoint; an empty folder where it keeps none."""
-    if not checkpoint.existing(place):
+    if not checkpoint.existing(stage_folder):
         return
-    for path in place.rglob("*"):
+    for path in stage_folder.rglob("*"):
         if path.is_file() and path.name not in (folder.DONE, folder.BEGUN):
-            copy = scratch / path.relative_to(place)
+            copy = scratch / path.relative_to(stage_folder)
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, copy)
 
 
-def results(place: Path) -> Iterator[Path]:
+def results(stage_folder: Path) -> Iterator[Path]:
     """The files of a stage whose content is its result."""
     yield from sorted(
         path
-        for path in place.rglob("*")
+        for path in stage_folder.rglob("*")
         if path.suffix in _TABLES and not path.name.startswith(("checkpoint_", ".", "done", "begun"))
     )
 

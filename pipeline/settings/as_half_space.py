@@ -9,7 +9,7 @@ LARGE = 1000.0
 
 
 def advice(sph: Any) -> str:
-    """What to take in place of the body that the settings of a shock stage name, under the gravity at the site; empty
+    """What to take instead of the body that the settings of a shock stage name, under the gravity at the site; empty
     for other targets, and where the ground there weighs nothing (a fast spin)."""
     from dem.beds import patch  # numba is loaded where a stage is needed
     from sph.planning import durations

@@ -98,7 +98,7 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
 
 
 def _stood_in(case: Case) -> Case | None:
-    """The case with something in place of all that could not be filled in, which is no mistake of its own: then its
+    """The case with stand-ins for all that could not be filled in, which is no mistake of its own: then its
     cause is told. None where nothing is left open."""
     document = case.document
     for path, value in FOLLOWS.items():
@@ -176,7 +176,7 @@ def _said_in_vain(model: type[Model], table: dict[str, Any], stage: str) -> list
 
 
 def _checked(
-    model: type[Model], payload: Any, place: KeyPath, moved: dict[str, KeyPath] | None = None
+    model: type[Model], payload: Any, key_path: KeyPath, moved: dict[str, KeyPath] | None = None
 ) -> tuple[Model | None, list[Complaint]]:
     try:
         return model.model_validate(payload, context=REQUIRED), []
@@ -184,7 +184,7 @@ def _checked(
         faults = []
         for path, message in complaints(model, error):
             first = path[0] if path else None
-            origin = moved[str(first)] if moved and first in moved else (*place, *path[:1])
+            origin = moved[str(first)] if moved and first in moved else (*key_path, *path[:1])
             if message == "is missing" and len(path) == 1 and first in stages.SHARED_TABLES:
                 origin = (str(first),)
             faults.append(Complaint((*origin, *path[1:]), message))
@@ -215,7 +215,7 @@ def listed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> str:
 
 
 def _blamed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> dict[Complaint, str]:
-    """The options at fault for complaints about other places: those without which a complaint would not be there."""
+    """The options at fault for complaints about other keys: those without which a complaint would not be there."""
     blamed: dict[Complaint, str] = {}
     for number, assignment in enumerate(case.overrides):
         try:

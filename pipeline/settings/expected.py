@@ -136,10 +136,10 @@ def _read(file: Path, stamp: int) -> dict[str, Preset]:
     return presets
 
 
-def read(place: Path) -> dict[str, Preset]:
+def read(case_folder: Path) -> dict[str, Preset]:
     """The expectations beside a case, by preset; empty where there is no file. Raises ``InputError`` with every
     mistake and its line."""
-    file = Path(place) / FILE
+    file = Path(case_folder) / FILE
     return _read(file, file.stat().st_mtime_ns) if file.is_file() else {}
 
 
@@ -153,7 +153,7 @@ def _shipped(case: cases.Case) -> tuple[Path, str | None] | None:
     return (file, preset) if file.name == "case.toml" and file.is_file() else None
 
 
-def of(case: cases.Case) -> Preset | None:
+def expected_result(case: cases.Case) -> Preset | None:
     """What is expected of a case with its preset; None where nothing is. Raises ``InputError``."""
     shipped = _shipped(case)
     return read(shipped[0].parent).get(shipped[1] or NO_PRESET) if shipped is not None else None
@@ -189,7 +189,7 @@ def chain_of(case: cases.Case) -> dict[str, Any]:
 
     A run that goes on keeps those that it was begun with.
     """
-    expected = of(case) if case.run is None else None
+    expected = expected_result(case) if case.run is None else None
     if expected is None or not as_shipped(case):
         return {}
     table: dict[str, dict[str, str]] = {}
@@ -209,13 +209,13 @@ class Verdict(Model):
     value: float
     sigma: float
     expected: float
-    apart: float
+    deviation: float
     """Difference over ``sigma``."""
 
     @property
     def agrees(self) -> bool:
         """Whether they agree."""
-        return abs(self.apart) <= AGREES
+        return abs(self.deviation) <= AGREES
 
 
 def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
@@ -229,9 +229,11 @@ def verdicts(expected: Preset, measures: dict[str, Any]) -> list[Verdict]:
             if entry is None or value is None:
                 continue
             sigma = math.hypot(entry.measuring, entry.chain or 0.0)
-            apart = (value - entry.value) / sigma if sigma > 0.0 else (0.0 if value == entry.value else math.inf)
+            deviation = (value - entry.value) / sigma if sigma > 0.0 else (0.0 if value == entry.value else math.inf)
             rows.append(
-                Verdict(crater=crater, measure=name, value=value, sigma=sigma, expected=entry.value, apart=apart)
+                Verdict(
+                    crater=crater, measure=name, value=value, sigma=sigma, expected=entry.value, deviation=deviation
+                )
             )
     return rows
 
@@ -273,7 +275,7 @@ def scale(measure: str, value: float) -> tuple[float, str]:
 def text(case: cases.Case, run: Path) -> str:
     """How a finished run stands against what is expected of its case and preset, a line per measure; empty where
     nothing is expected."""
-    expected, measures = of(case), values(run)
+    expected, measures = expected_result(case), values(run)
     if expected is None or not measures:
         return ""
     _, preset = _shipped(case) or (None, None)
@@ -285,7 +287,7 @@ def text(case: cases.Case, run: Path) -> str:
     for one in verdicts(expected, measures):
         factor, unit = scale(one.measure, one.expected)
         name = f"{words[one.crater]} {BY_NAME[one.measure].noun}"
-        said = "agrees" if one.agrees else f"differs by {abs(one.apart):.1f} sigma"
+        said = "agrees" if one.agrees else f"differs by {abs(one.deviation):.1f} sigma"
         lines.append(
             f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- "
             f"{one.sigma * factor:.2g} {unit}: {said}"

@@ -49,9 +49,9 @@ class Identity:
         return {"key": self.key, **made_by, **({} if self.threads is None else {"threads": self.threads})}
 
 
-def of(stage: str, settings: Model | None, elsewhere: Path | None, find: Find) -> Identity:
-    """The identity of a stage whose earlier stages are where ``find`` says; ``elsewhere``: the file that takes its
-    place."""
+def stage_identity(stage: str, settings: Model | None, elsewhere: Path | None, find: Find) -> Identity:
+    """The identity of a stage whose earlier stages are where ``find`` says; ``elsewhere``: the file that
+    replaces it."""
     digest = hashlib.sha256(stage.encode())
     if elsewhere is not None:
         for file in outside.taken(stage, elsewhere):
@@ -86,12 +86,12 @@ def _files_named(value: Any) -> Iterator[Path]:
 def _state_of(item: str, find: Find) -> str:
     """Hash of a boundary file, or the key of a finished stage; a folder filled by hand counts by its files."""
     stage, _, name = item.partition("/")
-    place = find(stage)
+    stage_folder = find(stage)
     if name:
-        return provenance.file_sha256(place / name) if (place / name).is_file() else "absent"
-    if key := folder.mark(place / folder.DONE).get("key"):
+        return provenance.file_sha256(stage_folder / name) if (stage_folder / name).is_file() else "absent"
+    if key := folder.mark(stage_folder / folder.DONE).get("key"):
         return str(key)
-    files = sorted(path for path in place.glob("*") if path.is_file()) if place.is_dir() else []
+    files = sorted(path for path in stage_folder.glob("*") if path.is_file()) if stage_folder.is_dir() else []
     return (
         hashlib.sha256("".join(path.name + provenance.file_sha256(path) for path in files).encode()).hexdigest()
         if files

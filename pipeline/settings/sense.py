@@ -65,27 +65,27 @@ def judged(
 def _impossible(sph: Any) -> Iterator[Complaint]:
     target, impact = sph.target, sph.impact
     radius, finest = impact.projectile.radius, sph.zones.contact
-    place = ("impact", "projectile", "radius")
+    radius_key = ("impact", "projectile", "radius")
     if not target.flat and radius >= target.radius:
         yield Complaint(
-            place,
+            radius_key,
             f"the projectile ({readable.length(radius)}) is larger than the target ({readable.length(target.radius)})",
         )
     elif target.flat and radius >= min(target.radius, target.half_width):
         yield Complaint(
-            place,
+            radius_key,
             f"the projectile ({readable.length(radius)}) is larger than the ground, {readable.length(target.radius)} "
             f"deep",
         )
     elif radius < LOST * finest and not sph.control and (advice := as_half_space.advice(sph)):
         yield Complaint(
-            place,
+            radius_key,
             f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: "
             f"{advice}",
         )
     elif radius < LOST * finest and not sph.control:
         yield Complaint(
-            place,
+            radius_key,
             f"the projectile ({readable.length(radius)}) is lost among particles {readable.length(finest)} apart: "
             f"leave [sph] spacing_at_impact out, "
             f"or make it {readable.length(radius)} or less",
@@ -155,11 +155,11 @@ def _mirrored(sph: Any) -> Iterator[Complaint]:
     whole = at_rest.surface_gravity(target, materials.at_rest) * target.radius**2 / G
     ball = float(materials.bulk_density[materials.index(impact.projectile.material)]) * impact.projectile.volume
     kind = "ice" if target.layers[-1].material.startswith("ice") else "rock"
-    share = disruption.share(ball, impact.speed, whole, target.radius, kind)
-    if share > DISRUPTS:
+    energy_ratio = disruption.share(ball, impact.speed, whole, target.radius, kind)
+    if energy_ratio > DISRUPTS:
         yield Complaint(
             ("sph", "symmetry"),
-            f"the impact has {share:.2g} of the energy that breaks the body in two (at most {DISRUPTS:g}): its "
+            f"the impact has {energy_ratio:.2g} of the energy that breaks the body in two (at most {DISRUPTS:g}): its "
             'fragments are no mirror images of each other, take "none"',
         )
 

@@ -63,41 +63,41 @@ def lacking(done: Mapping[str, Any]) -> list[str]:
     return [name for name in stages.LEAVES.get(str(done.get("stage")), ()) if name not in done["files"]]
 
 
-def done(place: Path) -> dict[str, Any]:
+def done(stage_folder: Path) -> dict[str, Any]:
     """What ``done.json`` says of a finished stage; empty where the stage is not finished, or lacks its files. Raises
     ``InputError`` when the file is damaged."""
-    said = mark(place / DONE)
+    said = mark(stage_folder / DONE)
     return {} if lacking(said) else said
 
 
-def is_done(place: Path, inputs: str) -> bool:
+def is_done(stage_folder: Path, inputs: str) -> bool:
     """Whether a stage's folder holds its result with these inputs."""
-    return done(place).get("inputs_sha256") == inputs
+    return done(stage_folder).get("inputs_sha256") == inputs
 
 
-def begin(place: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, bool]:
+def begin(stage_folder: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[float, bool]:
     """Open the folder of a stage that is not done: the wall time [s] already spent, and whether it is continued.
 
     ``made_by``: the stage's key, the sources that make it (``sources_sha256``) and their commit. What an earlier
     attempt with other inputs left is removed.
     """
-    before = mark(place / BEGUN)
+    before = mark(stage_folder / BEGUN)
     continued = before.get("inputs_sha256") == inputs and before.get("key") == made_by.get("key")
-    if place.exists() and not continued:
-        shutil.rmtree(place)
-    place.mkdir(parents=True, exist_ok=True)
-    archive.remove_unfinished(place)
+    if stage_folder.exists() and not continued:
+        shutil.rmtree(stage_folder)
+    stage_folder.mkdir(parents=True, exist_ok=True)
+    archive.remove_unfinished(stage_folder)
     spent = float(before.get("wall_s", 0.0)) if continued else 0.0
-    note_spent(place, inputs, spent, made_by)
+    note_spent(stage_folder, inputs, spent, made_by)
     return spent, continued
 
 
-def note_spent(place: Path, inputs: str, wall_s: float, made_by: Mapping[str, Any]) -> None:
+def note_spent(stage_folder: Path, inputs: str, wall_s: float, made_by: Mapping[str, Any]) -> None:
     """Keep the wall time [s] of an unfinished stage, and the program that makes it."""
-    archive.write_json(place / BEGUN, {"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **made_by})
+    archive.write_json(stage_folder / BEGUN, {"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **made_by})
 
 
-def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> None:
+def finish(stage_folder: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> None:
     """Write ``done.json`` as the last file of a stage."""
     content = {
         "stage": stage,
@@ -107,15 +107,15 @@ def finish(place: Path, stage: str, inputs: str, wall_s: float, **more: Any) -> 
         "version": provenance.version(),
         **more,
     }
-    archive.write_json(place / DONE, content)
-    (place / BEGUN).unlink(missing_ok=True)
+    archive.write_json(stage_folder / DONE, content)
+    (stage_folder / BEGUN).unlink(missing_ok=True)
 
 
-def remove(place: Path) -> None:
+def remove(stage_folder: Path) -> None:
     """Remove what an unfinished stage left."""
-    shutil.rmtree(place, ignore_errors=True)
+    shutil.rmtree(stage_folder, ignore_errors=True)
 
 
-def size_bytes(place: Path) -> int:
+def size_bytes(stage_folder: Path) -> int:
     """Size of the files in a folder [bytes]."""
-    return sum(path.stat().st_size for path in place.rglob("*") if path.is_file())
+    return sum(path.stat().st_size for path in stage_folder.rglob("*") if path.is_file())

@@ -22,25 +22,25 @@ _LATER = ("sensitivity.json", "done.json", "begun.json", "status.json")
 _NAMED = 3
 
 
-def files_of(place: Path) -> dict[str, list[Any]]:
+def files_of(stage_folder: Path) -> dict[str, list[Any]]:
     """Size [bytes] and SHA-256 of every result in a stage's folder, by its path there."""
     files = sorted(
         path
-        for path in place.rglob("*")
+        for path in stage_folder.rglob("*")
         if path.is_file() and path.suffix in _SUFFIXES and path.name not in _LATER and path.name[0] != "."
     )
-    return {str(path.relative_to(place)): [path.stat().st_size, provenance.file_sha256(path)] for path in files}
+    return {str(path.relative_to(stage_folder)): [path.stat().st_size, provenance.file_sha256(path)] for path in files}
 
 
-def renew(place: Path, name: str) -> None:
+def renew(stage_folder: Path, name: str) -> None:
     """Note a file that was changed on purpose, in the ``done.json`` of a folder that belongs to a run."""
-    done = folder.mark(place / folder.DONE)
+    done = folder.mark(stage_folder / folder.DONE)
     if name in done.get("files", {}):
-        done["files"][name] = [(place / name).stat().st_size, provenance.file_sha256(place / name)]
-        archive.write_json(place / folder.DONE, done)
+        done["files"][name] = [(stage_folder / name).stat().st_size, provenance.file_sha256(stage_folder / name)]
+        archive.write_json(stage_folder / folder.DONE, done)
 
 
-def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:
+def check(stage_folder: Path, stage: str, recorded: Mapping[str, Any], content: bool) -> None:
     """Hold a stage's folder against what ``done.json`` recorded; ``content``: hashes too, else existence and sizes.
 
     Raises ``InputError`` that names the first files that differ, or ``done.json`` where its record is none. A stage
@@ -48,14 +48,16 @@ def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -
     """
     if not isinstance(recorded, Mapping) or not all(_is_entry(entry) for entry in recorded.values()):
         raise InputError(
-            f"{place / folder.DONE} is damaged: it should hold size and hash of each file; restore it, or recompute "
-            f"the stage with --from {stage}"
+            f"{stage_folder / folder.DONE} is damaged: it should hold size and hash of each file; restore it, or "
+            f"recompute the stage with --from {stage}"
         )
-    wrong = [f"{name} {what}" for name, entry in recorded.items() if (what := _fault(place / name, entry, content))]
+    wrong = [
+        f"{name} {what}" for name, entry in recorded.items() if (what := _fault(stage_folder / name, entry, content))
+    ]
     if wrong:
         more = f" and {len(wrong) - _NAMED} more" if len(wrong) > _NAMED else ""
         raise InputError(
-            f"{place} is not as the stage left it: {'; '.join(wrong[:_NAMED])}{more}. Restore what it was, or "
+            f"{stage_folder} is not as the stage left it: {'; '.join(wrong[:_NAMED])}{more}. Restore what it was, or "
             f"recompute it with --from {stage}"
         )
 
@@ -63,46 +65,48 @@ def check(place: Path, stage: str, recorded: Mapping[str, Any], content: bool) -
 def check_shown(run: Path, stage: str) -> None:
     """Hold what a run shows of a finished stage against its record, contents too; raises as ``check``, and where the
     stage was begun and is not finished."""
-    place = stages.folder(run, stage)
-    if done := folder.mark(place / folder.DONE):
-        _refuse_empty(run, place, done)
-        check(place, stage, done.get("files", {}), content=True)
-    elif (place / folder.BEGUN).is_file():
-        _refuse_unfinished(run, place)
+    stage_folder = stages.folder(run, stage)
+    if done := folder.mark(stage_folder / folder.DONE):
+        _refuse_empty(run, stage_folder, done)
+        check(stage_folder, stage, done.get("files", {}), content=True)
+    elif (stage_folder / folder.BEGUN).is_file():
+        _refuse_unfinished(run, stage_folder)
 
 
 def check_file(path: Path) -> None:
     """Hold one file of a finished stage against its record, content too; a file that no stage recorded passes. Raises
     as ``check``."""
     path = path.absolute()
-    place = next((above for above in path.parents[:3] if (above / folder.DONE).is_file()), None)
-    if place is None:
+    stage_folder = next((above for above in path.parents[:3] if (above / folder.DONE).is_file()), None)
+    if stage_folder is None:
         return
-    done, name = folder.mark(place / folder.DONE), str(path.relative_to(place))
+    done, name = folder.mark(stage_folder / folder.DONE), str(path.relative_to(stage_folder))
     if entry := done.get("files", {}).get(name):
-        check(place, str(done.get("stage")), {name: entry}, content=True)
+        check(stage_folder, str(done.get("stage")), {name: entry}, content=True)
 
 
 def require_done(run: Path, stage: str) -> None:
     """Raise ``InputError`` where a run has not finished a stage; it names who makes it, or how it is finished."""
-    place = stages.folder(run, stage)
-    if done := folder.mark(place / folder.DONE):
-        _refuse_empty(run, place, done)
-    elif (place / folder.BEGUN).is_file():
-        _refuse_unfinished(run, place)
-    elif place.is_symlink() or not place.is_dir():  # a folder without marks was filled by hand
-        raise InputError(f"{run} has no finished {place.name} yet: run_case {run} makes it")
+    stage_folder = stages.folder(run, stage)
+    if done := folder.mark(stage_folder / folder.DONE):
+        _refuse_empty(run, stage_folder, done)
+    elif (stage_folder / folder.BEGUN).is_file():
+        _refuse_unfinished(run, stage_folder)
+    elif stage_folder.is_symlink() or not stage_folder.is_dir():  # a folder without marks was filled by hand
+        raise InputError(f"{run} has no finished {stage_folder.name} yet: run_case {run} makes it")
 
 
-def _refuse_empty(run: Path, place: Path, done: Mapping[str, Any]) -> None:
+def _refuse_empty(run: Path, stage_folder: Path, done: Mapping[str, Any]) -> None:
     if missing := folder.lacking(done):
-        raise InputError(f"{place} is called done and lacks {', '.join(missing)}: run_case {run} makes it again")
+        raise InputError(
+            f"{stage_folder} is called done and lacks {', '.join(missing)}: run_case {run} makes it again"
+        )
 
 
-def _refuse_unfinished(run: Path, place: Path) -> None:
-    if maker := store.maker(place):
-        raise InputError(f"{place} is being made by {maker}: wait until it is done")
-    raise InputError(f"{place} was begun and is not finished: run_case {run} goes on with it")
+def _refuse_unfinished(run: Path, stage_folder: Path) -> None:
+    if maker := store.maker(stage_folder):
+        raise InputError(f"{stage_folder} is being made by {maker}: wait until it is done")
+    raise InputError(f"{stage_folder} was begun and is not finished: run_case {run} goes on with it")
 
 
 def _is_entry(entry: Any) -> bool:

@@ -21,13 +21,13 @@ from matter.files import archive, lock
 from pipeline.case import stages
 from pipeline.store import folder, intact
 
-ANEW = "anew.json"
+RECOMPUTE = "anew.json"
 _LINKED = (".vtkhdf", ".h5", ".ply", ".bin")
 """Endings of files that nothing rewrites: ``own`` links them."""
 
 
 def show(run: Path, stage: str, target: Path) -> Path:
-    """Let ``run`` show ``target`` as its ``stage``, in place of what it showed; where it can then be written to: the
+    """Let ``run`` show ``target`` as its ``stage``, instead of what it showed; where it can then be written to: the
     link, or ``target`` itself where there are no links (it is copied when it is done)."""
     link = stages.folder(run, stage)
     target, run = target.resolve(), run.resolve()
@@ -97,25 +97,25 @@ def _remove(path: Path) -> None:
         shutil.rmtree(path)
 
 
-def to_make_anew(run: Path) -> dict[str, bool]:
-    """The stages that are to be made anew although they are in the store, and whether that was begun."""
-    named = folder.record(run / ANEW)
+def pending_recompute(run: Path) -> dict[str, bool]:
+    """The stages that are to be recomputed although they are in the store, and whether that was begun."""
+    named = folder.record(run / RECOMPUTE)
     return {stage: bool(named[stage]) for stage in stages.ORDER if stage in named}
 
 
-def make_anew(run: Path, some: Mapping[str, bool]) -> None:
-    """Note which stages are to be made anew."""
+def note_recompute(run: Path, some: Mapping[str, bool]) -> None:
+    """Note which stages are to be recomputed."""
     if some:
-        archive.write_json(run / ANEW, dict(some))
+        archive.write_json(run / RECOMPUTE, dict(some))
     else:
-        (run / ANEW).unlink(missing_ok=True)
+        (run / RECOMPUTE).unlink(missing_ok=True)
 
 
 def refuse_foreign(run: Path, stage: str) -> None:
     """Raise ``InputError`` when the stage's folder holds files that no run made: they would be lost."""
-    place = stages.folder(run, stage)
-    marked = any((place / name).exists() for name in (folder.DONE, folder.BEGUN))
-    if not place.is_symlink() and place.is_dir() and any(place.iterdir()) and not marked:
+    stage_folder = stages.folder(run, stage)
+    marked = any((stage_folder / name).exists() for name in (folder.DONE, folder.BEGUN))
+    if not stage_folder.is_symlink() and stage_folder.is_dir() and any(stage_folder.iterdir()) and not marked:
         after = stages.ORDER[stages.ORDER.index(stage) + 1 :]
         use = f"--from {after[0]} uses them" if after else "move them away"
-        raise InputError(f"{place} holds files that were not made by a run: {use}, --fresh replaces them")
+        raise InputError(f"{stage_folder} holds files that were not made by a run: {use}, --fresh replaces them")

@@ -1,10 +1,10 @@
 """An ensemble: the same case with other draws of particles and grains, as a sweep over seeds whose spread becomes the
 error of the first member.
 
-The grains are drawn anew in every member, the shock stage in every second one (``chain_error.DRAWS_PER_SHOCK``), so
+The grains are redrawn in every member, the shock stage in every second one (``chain_error.DRAWS_PER_SHOCK``), so
 that the scatter of each is known. With y the values of a measure in groups of one shock stage each,
-``chain_error.variance`` gives the variance of one run whose particles and grains are both drawn anew; its root is the
-part ``draws`` of the chain error. The first member is measured once more with it (only the crater is made anew): it
+``chain_error.variance`` gives the variance of one run whose particles and grains are both redrawn; its root is the
+part ``draws`` of the chain error. The first member is measured once more with it (only the crater is recomputed): it
 stands as ``sigma_parts.chain`` with its measures. What an earlier or later handoff and another size would change is
 not in it (``studies/chain_error.py``).
 """

@@ -168,7 +168,7 @@ def common(table: SweepTable) -> tuple[str, ...]:
     return tuple(f"{key}={tomlkit.item(value).as_string()}" for key, value in table.common.items())
 
 
-def of(case: Case, table: SweepTable, out: Path, until: str | None = None) -> Sweep:
+def planned_sweep(case: Case, table: SweepTable, out: Path, until: str | None = None) -> Sweep:
     """The sweep of a case that was read, in the folder of runs ``out``; values of ``--set`` prevail over what its
     members have in common. Raises ``InputError`` where a file that holds a sweep alone does not say which case it
     varies."""
@@ -190,22 +190,22 @@ def _drawn(table: SweepTable) -> list[list[Number]]:
     return [list(row) for row in zip(*columns, strict=True)]
 
 
-def _between(key: str, low: Number, high: Number, share: Any) -> list[Number]:
-    """Values at the ``share`` (n,) of the way between two limits; whole numbers where both limits are."""
+def _between(key: str, low: Number, high: Number, fraction: Any) -> list[Number]:
+    """Values at the ``fraction`` (n,) of the way between two limits; whole numbers where both limits are."""
     if isinstance(low, bool) or isinstance(high, bool):
         raise InputError(f"[sweep] vary {key}: limits are numbers")
     if isinstance(low, int) and isinstance(high, int):
-        return [low + min(int(s * (high - low + 1)), high - low) for s in share]
+        return [low + min(int(s * (high - low + 1)), high - low) for s in fraction]
     if isinstance(low, str) and isinstance(high, str):
         unit = match.group(2).strip() if (match := QUANTITY.match(high)) else ""
         try:
             first, one, last = quantity.parse(low), quantity.parse(f"1 {unit}"), quantity.parse(high)
         except ValueError as reason:
             raise InputError(f"[sweep] vary {key}: {reason}") from None
-        return [f"{(first + s * (last - first)) / one:.6g} {unit}" for s in share]
+        return [f"{(first + s * (last - first)) / one:.6g} {unit}" for s in fraction]
     if isinstance(low, str) or isinstance(high, str):
         raise InputError(f"[sweep] vary {key}: one limit has a unit, the other has none")
-    return [float(f"{low + s * (high - low):.6g}") for s in share]
+    return [float(f"{low + s * (high - low):.6g}") for s in fraction]
 
 
 @dataclass(frozen=True)

@@ -44,15 +44,17 @@ def run(sweep: Sweep, threads: int, address: str, say: Callable[[str], None]) ->
         else {}
     )
     try:
-        place: Any = address
+        cluster: Any = address
         if address == LOCAL:
-            place = LocalCluster(n_workers=side_by_side(sweep, threads), threads_per_worker=1, dashboard_address=None)
-        with Client(place, timeout=PATIENCE_S) as client:
+            cluster = LocalCluster(
+                n_workers=side_by_side(sweep, threads), threads_per_worker=1, dashboard_address=None
+            )
+        with Client(cluster, timeout=PATIENCE_S) as client:
             try:
                 return _on(client, Event(f"stop {sweep.folder.name}", client=client), sweep, threads, say, asked)
             finally:
                 if address == LOCAL:
-                    place.close()
+                    cluster.close()
     except (OSError, ValueError) as reason:
         if isinstance(reason, InputError):
             raise

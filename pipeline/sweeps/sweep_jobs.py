@@ -71,30 +71,31 @@ def write(sweep: Sweep, kind: str, threads: int) -> str:
         raise InputError(
             f"--emit {kind}: there is no such kind{stages.nearest(kind, list(KINDS))} (there are {', '.join(KINDS)})"
         )
-    place, here = sweep.folder.resolve(), Path.cwd()
+    sweep_folder, here = sweep.folder.resolve(), Path.cwd()
     program = [sys.executable, "-m", "bolide", "run_case"]
     members = [shlex.join([*program, *sweep.arguments(one, threads)]) for one in sweep.members]
-    for text in (str(place), str(here), *members):
+    for text in (str(sweep_folder), str(here), *members):
         if not text.isprintable():
             raise InputError(f"--emit {kind}: {text!r} holds a control character, and job files are read by lines")
-    (place / "logs").mkdir(parents=True, exist_ok=True)
-    (place / "done").mkdir(exist_ok=True)
-    member = place / "member.sh"
-    archive.write_text(place / "commands.txt", "".join(f"exec {command}\n" for command in members))
+    (sweep_folder / "logs").mkdir(parents=True, exist_ok=True)
+    (sweep_folder / "done").mkdir(exist_ok=True)
+    member = sweep_folder / "member.sh"
+    archive.write_text(sweep_folder / "commands.txt", "".join(f"exec {command}\n" for command in members))
     quoted = {
         name: shlex.quote(str(path))
         for name, path in (
-            ("here", here), ("commands", place / "commands.txt"), ("logs", place / "logs"), ("member", member),
+            ("here", here), ("commands", sweep_folder / "commands.txt"), ("logs", sweep_folder / "logs"),
+            ("member", member),
         )
     }  # fmt: skip
     values = {
         **quoted, "name": re.sub(r"[^\w.+-]", "_", sweep.folder.name), "count": len(sweep.members), "threads": threads,
         "stopped": run_process.STOPPED,
-        "done": repr(f"{_braced(str(place / 'done'))}/{{member}}"),
+        "done": repr(f"{_braced(str(sweep_folder / 'done'))}/{{member}}"),
         "command": repr(f"bash {_braced(quoted['member'])} {{wildcards.member}}"),
     }  # fmt: skip
     archive.write_text(member, _SCRIPT.format(**values))
-    file = place / ("slurm.sh" if kind == "slurm-array" else "Snakefile")
+    file = sweep_folder / ("slurm.sh" if kind == "slurm-array" else "Snakefile")
     archive.write_text(file, (_SLURM if kind == "slurm-array" else _SNAKEMAKE).format(**values))
     shown = shlex.quote(str(file))
     start = f"sbatch {shown}" if kind == "slurm-array" else f"snakemake --snakefile {shown} --cores N"

@@ -216,9 +216,9 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     ]
     if not shown:
         return False
-    places, unit, words = axis_of([row[key] for row in rows])
+    positions, unit, words = axis_of([row[key] for row in rows])
     of_case = sorted({str(row.get("case", "")) for row in rows})
-    order = np.argsort(places, kind="stable")
+    order = np.argsort(positions, kind="stable")
     fig = figure(11.0, 2.9 * -(-len(shown) // 3))
     for number, name in enumerate(shown):
         axis = fig.add_subplot(-(-len(shown) // 3), 3, number + 1)
@@ -237,7 +237,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
                 mine = (at_rest == rests) & np.array([row.get("case", "") == case for row in rows])
                 look = {"color": colour, "markersize": 4, "capsize": 2, "linewidth": 1.0}
                 axis.errorbar(
-                    places[mine], value[mine], np.nan_to_num(error)[mine], fmt="o",
+                    positions[mine], value[mine], np.nan_to_num(error)[mine], fmt="o",
                     markerfacecolor=colour if rests else "white",
                     label=case if rests and key != "case" else None, **look,
                 )  # fmt: skip
@@ -247,7 +247,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
                 for case in of_case:
                     mine = [i for i in order if rows[i].get("case", "") == case]
                     axis.plot(
-                        places[mine], sizes[mine], "--", marker="_", color=INK[2 + k % 4], linewidth=1.0,
+                        positions[mine], sizes[mine], "--", marker="_", color=INK[2 + k % 4], linewidth=1.0,
                         label=crater_size.NAMES.get(law.removeprefix(_LAW), law) if case == of_case[0] else None,
                     )  # fmt: skip
         axis.set(xlabel=f"{key}{f' [{unit}]' if unit else ''}", title=f"{_meaning(name)} [{symbol}]")

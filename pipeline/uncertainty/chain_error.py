@@ -13,7 +13,7 @@ Per measure, with y the values of the draws (the reference is the first) in grou
 
     draws^2   = MS_within + max(0, (MS_between - MS_within) / n0)
         one-way analysis of variance: the scatter of one run whose particles and grains are
-                                                                      both drawn anew; n0 the mean size of a group,
+                                                                      both redrawn; n0 the mean size of a group,
                                                                       corrected for unequal ones
     handoff^2 = max(0, (half the range over the times x0.5, 1, x2)^2 - 0.913 MS_within)
     size^2    = max(0, (coarser - reference)^2 - 2 draws^2)
@@ -247,8 +247,8 @@ def _measuring(entries: list[dict[str, Any]]) -> float:
 
 def text(rows: Sequence[Row]) -> str:
     """The rows as a table, each with its unit."""
-    heads = ("mean", "measuring", "draws", "handoff", "size", "chain")
-    lines = [f"{'':<30}{'':<22}{''.join(f'{head:>12}' for head in heads)}"]
+    columns = ("mean", "measuring", "draws", "handoff", "size", "chain")
+    lines = [f"{'':<30}{'':<22}{''.join(f'{column:>12}' for column in columns)}"]
     for row in rows:
         factor, unit = expected.scale(row.measure, row.mean)
         cells = (row.mean, row.measuring, row.draws, row.handoff, row.size, row.chain)

@@ -64,8 +64,8 @@ def make(
         if is_done(variant, run):
             say(f"{variant.name}: done before")
             continue
-        place = share(run, variant.request(run), variant.shares)
-        say(f"{variant.name}: {', '.join(variant.overrides)} ({place.name})")
+        variant_folder = share_stages(run, variant.request(run), variant.shared_stages)
+        say(f"{variant.name}: {', '.join(variant.overrides)} ({variant_folder.name})")
         # the crater is not measured where there is none to measure
         until = ["--until", "dem"] if variant.name in CONTROLS else []
         arguments = [str(run / "case.used.toml"), "--out", str(run / FOLDER), *until]
@@ -81,24 +81,26 @@ def make(
     return failed
 
 
-def share(run: Path, request: Request, shared: Iterable[str]) -> Path:
+def share_stages(run: Path, request: Request, shared: Iterable[str]) -> Path:
     """Make the run folder of a request show the stages that another run has done for it, whatever has become of the
     code since. Raises ``InputError`` when they are of other settings than the request's."""
-    place = request.run_folder
-    place.mkdir(parents=True, exist_ok=True)
+    variant_folder = request.run_folder
+    variant_folder.mkdir(parents=True, exist_ok=True)
     settings = settings_of(request)
     for stage in shared:
         if stage not in request.case.stages:
             continue
         if stages.folder(run, stage).exists():
-            view.show(place, stage, stages.folder(run, stage))
-        who = identity.of(stage, settings.get(stage), request.case.outside.get(stage), partial(stages.folder, place))
-        if not folder.is_done(stages.folder(place, stage), who.inputs):
+            view.show(variant_folder, stage, stages.folder(run, stage))
+        who = identity.stage_identity(
+            stage, settings.get(stage), request.case.outside.get(stage), partial(stages.folder, variant_folder)
+        )
+        if not folder.is_done(stages.folder(variant_folder, stage), who.inputs):
             raise InputError(
                 f"the stage {stage} of {run} is not done with the settings of its case.used.toml: run the case again, "
                 f"then its sensitivity"
             )
-    return place
+    return variant_folder
 
 
 def place_of(variant: Variant, run: Path) -> Path:
@@ -181,9 +183,9 @@ def _base_of(name: str) -> str:
     return "another_bed" if number == "2" else f"another_bed_{number}"
 
 
-def _measured(place: Path) -> dict[str, Any]:
-    measures = archive.read_json(stages.folder(place, "crater") / "measures.json")
-    record = folder.record(stages.folder(place, "handoff") / "handoff.json")
+def _measured(variant_folder: Path) -> dict[str, Any]:
+    measures = archive.read_json(stages.folder(variant_folder, "crater") / "measures.json")
+    record = folder.record(stages.folder(variant_folder, "handoff") / "handoff.json")
     final = measures.get("final") or {}
     row: dict[str, Any] = {key: (final.get(key) or {}).get("value") for key in RATIOS}
     row |= {f"{key}_sigma": (final.get(key) or {}).get("sigma") for key in RATIOS}
@@ -192,7 +194,7 @@ def _measured(place: Path) -> dict[str, Any]:
         "speed_limit_m_s": record.get("speed_limit_m_s"),
         "alpha_spacings": record.get("alpha_spacings"),
     }
-    row[DEEPEST] = _deepest(stages.folder(place, "crater") / "time_series.csv")
+    row[DEEPEST] = _deepest(stages.folder(variant_folder, "crater") / "time_series.csv")
     return row
 
 
@@ -215,7 +217,8 @@ def _profile_rms(one: Path, other: Path) -> float | None:
 
     try:
         first, second = (
-            radial_profile.read_csv(stages.folder(place, "crater") / "profile.csv") for place in (one, other)
+            radial_profile.read_csv(stages.folder(variant_folder, "crater") / "profile.csv")
+            for variant_folder in (one, other)
         )
         return float(difference.profile_difference(first, second)["rms_m"])
     except InputError:
@@ -233,19 +236,19 @@ def _allowed(run: Path) -> float:
     return max(0.05 * (depth or 0.0), 0.5 * float(start.radius.mean()))
 
 
-def _control(place: Path) -> dict[str, Any]:
+def _control(variant_folder: Path) -> dict[str, Any]:
     """Drift of the grains of a control run in mean radii, and its mechanical energy against the start."""
     import numpy as np
 
     from handoff.transfer import control
     from matter.files import snapshot
 
-    start = snapshot.read(stages.folder(place, "handoff") / f"start{snapshot.SUFFIX}")
-    last = snapshot.read(stages.folder(place, "dem") / f"last{snapshot.SUFFIX}")
+    start = snapshot.read(stages.folder(variant_folder, "handoff") / f"start{snapshot.SUFFIX}")
+    last = snapshot.read(stages.folder(variant_folder, "dem") / f"last{snapshot.SUFFIX}")
     radius = float(start.radius.mean())
     way = control.moved(start, last) / radius
     deep = control.depth_below_surface(start) > DEEP * radius
-    with open(stages.folder(place, "dem") / "history.csv", newline="") as file:
+    with open(stages.folder(variant_folder, "dem") / "history.csv", newline="") as file:
         rows = list(csv.DictReader(file))
     energy = np.array(
         [[float(row[name]) for name in ("kinetic_J", "rotational_J", "gravitational_J", "elastic_J")] for row in rows]

@@ -21,15 +21,15 @@ BED = "@bed"
 
 @dataclass(frozen=True)
 class Variant:
-    """One change of the handoff of a run: ``overrides`` are texts of ``--set``; ``shares`` are the stages that the run
-    has done for it."""
+    """One change of the handoff of a run: ``overrides`` are texts of ``--set``; ``shared_stages`` are the stages that
+    the run has done for it."""
 
     name: str
     overrides: tuple[str, ...]
-    shares: tuple[str, ...] = ("nbody", "sph", "bed")
+    shared_stages: tuple[str, ...] = ("nbody", "sph", "bed")
 
     @property
-    def of(self) -> str:
+    def origin(self) -> str:
         """The variant that this is a draw of: itself on the run's own bed."""
         return "base" if self.name.startswith("another_bed") else self.name.partition(BED)[0]
 
@@ -63,7 +63,7 @@ def variants(run: Path, draws: int = 1) -> list[Variant]:
     for k in range(2, max(draws, 2) + 1):
         for one in every if k <= draws else every[:1]:
             name = ("another_bed" if k == 2 else f"another_bed_{k}") if one.name == "base" else f"{one.name}{BED}{k}"
-            others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shares=("nbody", "sph")))
+            others.append(Variant(name, (*one.overrides, f"bed.seed={seed + k - 1}"), shared_stages=("nbody", "sph")))
     every += others
     return every + [
         Variant(f"control_{kind}", (*fixed(), f'handoff.control="{kind}"')) for kind in ("at_rest", "uncarved")

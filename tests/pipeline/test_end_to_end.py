@@ -124,7 +124,7 @@ def test_the_run_comes_to_what_the_case_expects(whole):
     assert "against expected.toml, preset tiny of valhalla_980km" in text
     lines = [line for line in text.splitlines() if ", expected " in line]
     assert len(lines) > 10 and all(line.endswith(": agrees") for line in lines), lines
-    table = expected.of(cases.read(CASE, "tiny"))
+    table = expected.expected_result(cases.read(CASE, "tiny"))
     found = expected.values(run_folder)
     for crater in expected.CRATERS:
         for name, entry in found[crater].items():

@@ -61,7 +61,7 @@ def test_every_shipped_expectation_is_of_a_preset_that_the_case_has():
     for file in files:
         for name, table in expected.read(file.parent).items():
             case = cases.read(file.parent, None if name == expected.NO_PRESET else name)
-            assert expected.of(case) == table
+            assert expected.expected_result(case) == table
             assert any(getattr(getattr(table, crater), one) for crater in expected.CRATERS for one in COMPARED)
 
 
@@ -74,7 +74,7 @@ def test_all_mistakes_come_at_once_with_their_lines(folder):
     )
     (folder / "expected.toml").write_text(wrong)
     with pytest.raises(InputError) as caught:
-        expected.of(cases.read(folder, "tiny"))
+        expected.expected_result(cases.read(folder, "tiny"))
     message = str(caught.value)
     assert "3 errors" in message and "expected.toml:5  tiny.members: must be at least 1 (given: 0)" in message
     assert "expected.toml:11" in message and "there is no such key; did you mean 'draws'?" in message
@@ -123,17 +123,17 @@ def quantity(value, sigma, **parts):
 
 
 def test_a_run_agrees_within_two_standard_errors(folder):
-    table = expected.of(cases.read(folder, "tiny"))
+    table = expected.expected_result(cases.read(folder, "tiny"))
     sigma = math.hypot(12e3, 16e3, 30e3, 8e3)
 
     def verdict(value):
         return expected.verdicts(table, {"final": {"diameter_apparent_m": quantity(value, 1.0)}, "transient": {}})
 
     (exact,) = verdict(550e3)
-    assert (exact.crater, exact.measure, exact.apart, exact.agrees) == ("final", "diameter_apparent_m", 0.0, True)
+    assert (exact.crater, exact.measure, exact.deviation, exact.agrees) == ("final", "diameter_apparent_m", 0.0, True)
     assert exact.sigma == pytest.approx(sigma)
     assert verdict(550e3 + 1.99 * sigma)[0].agrees and not verdict(550e3 - 2.01 * sigma)[0].agrees
-    assert verdict(550e3 - 2.3 * sigma)[0].apart == pytest.approx(-2.3)
+    assert verdict(550e3 - 2.3 * sigma)[0].deviation == pytest.approx(-2.3)
     assert verdict(None) == []
 
 

@@ -118,7 +118,7 @@ def test_a_thousand_unknown_tables_are_told_in_a_second(tmp_path):
     text = OWN.read_text() + "".join(f"\n[t{number}]\na = 1\n" for number in range(1000))
     (tmp_path / "mine.toml").write_text(text)
     settings_of(Request(cases.read(OWN), tmp_path))  # imports
-    keys.places("x")
+    keys.paths_named("x")
     began = time.process_time()
     with pytest.raises(ValueError, match="1000 errors") as caught:
         settings_of(Request(cases.read(tmp_path / "mine.toml"), tmp_path))

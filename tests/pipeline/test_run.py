@@ -337,7 +337,9 @@ def test_a_key_depends_on_settings_and_on_what_is_read(case_folder, tmp_path):
     settings = compose(cases.read(case_folder))
 
     def key(stage, settings=settings):
-        return identity.of(stage, settings[stage], None, lambda earlier: stages.folder(tmp_path, earlier)).key
+        return identity.stage_identity(
+            stage, settings[stage], None, lambda earlier: stages.folder(tmp_path, earlier)
+        ).key
 
     other = compose(cases.read(case_folder, None, ["sph.spacing=52.000001 km"]))
     assert (

@@ -44,7 +44,7 @@ def test_every_variant_changes_one_thing(run):
     assert of("control_at_rest")[3] == "at_rest" and of("control_uncarved")[3] == "uncarved"
     for name in table:
         assert sum(a != b for a, b in zip(of(name), of("base"))) == (0 if name in ("base", "another_bed") else 1)
-    assert table["another_bed"].shares == ("nbody", "sph") and "bed.seed=2" in table["another_bed"].overrides
+    assert table["another_bed"].shared_stages == ("nbody", "sph") and "bed.seed=2" in table["another_bed"].overrides
     assert len({variant.request(run).run_folder for variant in table.values()}) == len(table) == 10
 
 
@@ -158,7 +158,7 @@ def test_every_variant_is_drawn_on_other_beds(run):
         and settings["time_x2@bed3"]["bed"] == settings["another_bed_3"]["bed"]
     )
     assert (settings["time_x2"]["bed"].seed, settings["time_x2@bed3"]["bed"].seed) == (1, 3)
-    assert table["time_x2@bed2"].shares == ("nbody", "sph")
+    assert table["time_x2@bed2"].shared_stages == ("nbody", "sph")
 
 
 def test_a_change_is_the_mean_over_beds_each_against_its_own_base(run, monkeypatch):

@@ -150,7 +150,7 @@ def test_a_bed_depends_on_the_body_and_not_on_the_shot(tmp_path, change):
     """The body reaches it through ``target.json``; of the shot it takes the expected diameter alone."""
 
     def key(*overrides):
-        return identity.of(
+        return identity.stage_identity(
             "bed", compose(cases.read(VALHALLA, "tiny", overrides))["bed"], None, lambda stage: tmp_path
         ).inputs
 
@@ -216,7 +216,7 @@ def test_files_from_elsewhere_count_by_their_content(tmp_path):
     for text in ("1,2\n", "1,3\n"):
         file.write_text(text)
         settings = compose(cases.read(VALHALLA, "tiny"))["nbody"].model_copy(update={"population": str(file)})
-        keys.append(identity.of("nbody", settings, None, lambda stage: tmp_path).key)
+        keys.append(identity.stage_identity("nbody", settings, None, lambda stage: tmp_path).key)
     assert keys[0] != keys[1]
 
 

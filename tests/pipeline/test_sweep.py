@@ -27,7 +27,7 @@ from pipeline.running import prediction, run_process
 from pipeline.settings.compose import compose
 from pipeline.store.store import LOCKS, STORE
 from pipeline.sweeps import ensemble, sweep_cost, sweep_dask, sweep_jobs, sweep_run, sweep_table
-from pipeline.sweeps.sweep import Member, Sweep, members, of, parsed, read_table
+from pipeline.sweeps.sweep import Member, Sweep, members, parsed, planned_sweep, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
 ROOT = Path(__file__).resolve().parents[2]
@@ -272,7 +272,7 @@ def sweep_file(case_folder, tmp_path, sweep):
 def test_a_file_with_a_sweep_alone_sweeps_other_cases(sweep_file, tmp_path):
     """Members of two cases in one table: what a member does not set stands there as its case has it."""
     read = cases.read(sweep_file)
-    made = of(read, read_table(read.sweep, []), tmp_path / "runs")
+    made = planned_sweep(read, read_table(read.sweep, []), tmp_path / "runs")
     assert made.folder.name.startswith("both-sweep-")
     assert sweep_run.Runner(made, 1, 2, lambda text: None).run() == {}
     rows = sweep_table.write(made)
@@ -323,7 +323,7 @@ def test_the_sweep_of_the_thesis_is_the_matrix_of_its_claims(tmp_path):
     from studies.valhalla_claims import matrix
 
     read = cases.read(ROOT / "studies" / "winter_2017" / "thesis.toml", "quick")
-    made = of(read, read_table(read.sweep, []), tmp_path)
+    made = planned_sweep(read, read_table(read.sweep, []), tmp_path)
     variants = {variant.name: variant for variant in matrix("quick")}
     assert [member.name for member in made.members] == list(variants) and len(variants) == 27
     for name, request in made.requests.items():
@@ -335,7 +335,7 @@ def test_the_sweep_of_the_thesis_is_the_matrix_of_its_claims(tmp_path):
 @pytest.mark.validation
 def test_the_sweep_of_late_stages_shares_one_shock_stage(tmp_path):
     read = cases.read(VALHALLA / "late_stages.toml", "quick")
-    rows = sweep_cost.rows_of(of(read, read_table(read.sweep, []), tmp_path))
+    rows = sweep_cost.rows_of(planned_sweep(read, read_table(read.sweep, []), tmp_path))
     assert {stage: row.made for stage, row in rows.items()} == {
         "nbody": 1, "sph": 1, "bed": 12, "handoff": 12, "dem": 12, "crater": 12,
     }  # fmt: skip
