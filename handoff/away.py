@@ -1,7 +1,7 @@
 """What a handoff onto a whole body leaves besides the grains that go on.
 
 * ``away.vtkhdf``: the ejecta that escape, orbit or come back after the run, as the particles of the shock stage that
-  they are (mass, place and velocity in the inertial frame of the run at the time of the handoff), with the table
+  they are (mass, position and velocity in the inertial frame of the run at the time of the handoff), with the table
   ``fate`` (``two_body.FATES``), so that a later stage can follow them. In ``start.vtkhdf`` they are grains of the
   state 2, which take no part.
 * ``datum.ply``: the surface of the undisturbed body, along the axes of the bed.

@@ -153,7 +153,7 @@ class Ledger:
     rows: list[dict[str, Any]] = field(default_factory=list)
 
     def measure(self, name: str, value: float, note: str = "", bound: float | None = None) -> None:
-        """Enter a measured value against its limit; ``bound`` in its place where the limit follows the resolution."""
+        """Enter a measured value against its limit; ``bound`` instead where the limit follows the resolution."""
         limit = LIMITS[name] if bound is None else LIMITS[name]._replace(limit=bound)
         value = float(value)
         if not math.isfinite(value):
@@ -170,7 +170,7 @@ class Ledger:
     def amend(
         self, name: str, value: float | None, note: str, limit: float | None = None, unit: str | None = None
     ) -> None:
-        """Measure a row that further runs belong to, in place of what stood there; None: not applicable.
+        """Measure a row that further runs belong to, replacing what stood there; None: not applicable.
 
         ``limit`` and ``unit`` replace the list's own where the row is measured in another way, which the note has to
         say.
@@ -241,7 +241,7 @@ class Ledger:
             for row in self.criteria
             if row["verdict"] == "fail" or (row["verdict"] == "pass" and abs(row["limit"]) > 1e-9)
         ]
-        return max(judged, key=_share_of_limit, default=None)
+        return max(judged, key=_fraction_of_limit, default=None)
 
     def write(self, path: Path) -> None:
         """Write ``ledger.json``; a value that is not finite becomes text."""
@@ -249,7 +249,7 @@ class Ledger:
         archive.write_text(path, json.dumps(rows, indent=1))
 
 
-def _share_of_limit(row: Mapping[str, Any]) -> float:
+def _fraction_of_limit(row: Mapping[str, Any]) -> float:
     """How much of its limit a measured row takes: above 1 beyond it, negative when far on the good side."""
     try:
         value = float(row["value"])

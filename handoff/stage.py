@@ -41,7 +41,7 @@ _S_BODY, _S_PER_BODY_PARTICLE = 24.0, 3.2e-4
 """What a whole body takes more: its surface and depths. Measured on two threads: 39.6 s for 27,617 particles and
 12,000 grains, 73.4 s for 117,976 and 30,000 (Dimorphos)."""
 _LOOKED_AT = 0.3
-"""Share of the snapshots up to a little after the greatest depth, in the shipped cases."""
+"""Fraction of the snapshots up to a little after the greatest depth, in the shipped cases."""
 _BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
 
 
@@ -284,8 +284,8 @@ def _record(
             "centre_m": handoff.carving.size.centre.tolist(),
         },
         "local_momentum": [
-            {"region": name, "relative": value, "share": share}
-            for name, value, share in compare_clouds.local_momentum(handoff.mapped.fields, region)
+            {"region": name, "relative": value, "share": fraction}
+            for name, value, fraction in compare_clouds.local_momentum(handoff.mapped.fields, region)
         ],
         "ejecta_mass_kg": dict(handoff.ejecta.mass_by_state()),
         "ejecta_fates_kg": dict(handoff.ejecta.mass_by_fate()),

@@ -120,7 +120,7 @@ class Cone(AtRest):
         """(n,) distance [m] to the nearest wall of the bed (floor and side), positive inside."""
         return np.minimum(np.linalg.norm(position, axis=1) - self.core, self.cut_depth(position))
 
-    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+    def even_points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the radius ``top``."""
         low, high = self.core**3, (top or self.top) ** 3
         radius = np.cbrt(low + uniform[:, 0] * (high - low))
@@ -221,7 +221,7 @@ class Cylinder(AtRest):
         """(n,) distance [m] to the nearest wall of the bed (floor and side), positive inside."""
         return self.cut_depth(position)
 
-    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+    def even_points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""
         height = self.floor + uniform[:, 0] * ((self.top if top is None else top) - self.floor)
         radius, azimuth = self.radius * np.sqrt(uniform[:, 1]), 2.0 * math.pi * uniform[:, 2]
@@ -246,7 +246,7 @@ class Box(Cylinder):
         """(n,) distance [m] to the nearest side or the floor, positive inside."""
         return np.minimum(position[:, 2] - self.floor, self.radius - np.abs(position[:, :2]).max(axis=1))
 
-    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+    def even_points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""
         height = self.floor + uniform[:, 0] * ((self.top if top is None else top) - self.floor)
         return np.column_stack([self.radius * (2.0 * uniform[:, 1:] - 1.0), height])
@@ -272,7 +272,7 @@ class Bowl(Cylinder):
         z, across = position[:, 2] - self.datum, np.hypot(position[:, 0], position[:, 1])
         return self.radius - np.where(z < 0.0, np.hypot(across, z), across)
 
-    def points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
+    def even_points(self, uniform: np.ndarray, top: float | None = None) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density, up to the height ``top``."""
         heights = np.linspace(self.floor, self.top if top is None else top, 4001)
         below = self._below(heights)

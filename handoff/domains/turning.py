@@ -4,7 +4,7 @@ Both agree at the moment of the impact. At the time t the body has turned by ome
 
     x_bed = R(-omega t) x,   v_bed = R(-omega t) v
 
-are places and velocities along the axes of the body at that time; these axes do not turn, so momentum, angular
+are positions and velocities along the axes of the body at that time; these axes do not turn, so momentum, angular
 momentum and energy are those of the inertial frame. The grains begin there:
 
     x = R(omega t) x_bed,   v = R(omega t) v_bed,   spin = R(omega t) spin_bed

@@ -40,7 +40,7 @@ _CELLS, _MARGIN = 28, 0.2
 # the volume in which both clouds are sampled: cubes, so many along the body's longest side, and how far it reaches
 # above the datum, in radii of the body
 _DEEP = 0.9
-# columns of the surface reach down to this share of the greatest depth
+# columns of the surface reach down to this fraction of the greatest depth
 _POOL = 8192
 _LEAST = 0.01
 
@@ -105,12 +105,12 @@ class WholeBody:
         corner, edge = self._cubes
         return len(corner) * edge**3
 
-    def points(self, uniform: np.ndarray) -> np.ndarray:
+    def even_points(self, uniform: np.ndarray) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density."""
         corner, edge = self._cubes
-        place = uniform[:, 0] * len(corner)
-        cube = np.minimum(place.astype(np.int64), len(corner) - 1)
-        return corner[cube] + edge * np.column_stack([place - cube, uniform[:, 1:]])
+        scaled = uniform[:, 0] * len(corner)
+        cube = np.minimum(scaled.astype(np.int64), len(corner) - 1)
+        return corner[cube] + edge * np.column_stack([scaled - cube, uniform[:, 1:]])
 
     def depth_inside(self, position: np.ndarray) -> np.ndarray:
         """(n,) distance [m] to the edge of the domain, far above the datum, positive inside."""
@@ -133,7 +133,8 @@ class WholeBody:
         return np.asarray(velocity - np.cross(self.omega, position))
 
     def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground, at these places."""
+        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground, at these
+        positions."""
         return velocity + np.cross(self.omega, position), spin + self.omega
 
     def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:

@@ -165,7 +165,7 @@ def _overlaps(ledger: Ledger, handoff: Handoff) -> None:
                 release = max(
                     release, float(np.max(overlap * np.sqrt(k / np.minimum(start.mass[one], start.mass[other]))))
                 )
-    note = "bed grains keep their places: their excess is zero; ejecta against bed and ejecta counted here"
+    note = "bed grains keep their positions: their excess is zero; ejecta against bed and ejecta counted here"
     ledger.measure("overlap_max_over_r", depth, note)
     flow = float(np.median(np.linalg.norm(handoff.region.flow(start.position, start.velocity)[active], axis=1)))
     if "stiffness" in start:
@@ -183,7 +183,7 @@ def _overlaps(ledger: Ledger, handoff: Handoff) -> None:
 
 
 def _shrunk(ledger: Ledger, handoff: Handoff, bed: Particles) -> None:
-    """Grains made smaller for the loosened matter that they stand for, where there are some."""
+    """Grains made smaller for the dilated matter that they stand for, where there are some."""
     full = bed.radius[handoff.carving.stays]
     ratio = handoff.start.radius[: len(full)] / full
     smaller = ratio < 1.0
@@ -194,7 +194,7 @@ def _shrunk(ledger: Ledger, handoff: Handoff, bed: Particles) -> None:
             "grains_shrunk",
             float(np.count_nonzero(smaller)),
             "1",
-            f"stand for {readable.volume(volume.sum())} of loosened matter, packed {readable.volume(packed)}; "
+            f"stand for {readable.volume(volume.sum())} of dilated matter, packed {readable.volume(packed)}; "
             f"smallest {ratio.min():.3f} of its radius",
         )
 
@@ -202,22 +202,22 @@ def _shrunk(ledger: Ledger, handoff: Handoff, bed: Particles) -> None:
 def _layers(ledger: Ledger, handoff: Handoff, source: Particles) -> None:
     """Volume of each material inside the domain, before and after (material of a grain: the nearest compact
     particle's)."""
-    volume = (source.mass / cloud_surface.counted_density(source))[handoff.compact.places] * handoff.compact.share
+    volume = (source.mass / cloud_surface.counted_density(source))[handoff.compact.indices] * handoff.compact.fraction
     named = source.attributes.get("materials", [])
     after = np.bincount(
         handoff.start.material[: int(handoff.carving.stays.sum())],
         weights=handoff.carving.volume[handoff.carving.stays],
     )
-    for number in np.unique(source.material[handoff.compact.places]):
+    for number in np.unique(source.material[handoff.compact.indices]):
         name = named[number] if number < len(named) else f"material {number}"
-        place = (
+        index = (
             handoff.start.attributes["materials"].index(name)
             if name in handoff.start.attributes["materials"]
             else int(number)
         )
         before, now = (
-            float(volume[source.material[handoff.compact.places] == number].sum()),
-            float(after[place]) if place < len(after) else 0.0,
+            float(volume[source.material[handoff.compact.indices] == number].sum()),
+            float(after[index]) if index < len(after) else 0.0,
         )
         ledger.state(
             f"layer_volume_rel_{name}".replace(" ", "_"),
@@ -262,7 +262,7 @@ def _statements(ledger: Ledger, handoff: Handoff) -> None:
         "linear_share",
         handoff.mapped.linear_share,
         "1",
-        "share taken of the velocity's variation inside a particle; below 1 where more would create energy",
+        "fraction taken of the velocity's variation inside a particle; below 1 where more would create energy",
     )
     ledger.state(
         "mass_by_particle_density_rel",

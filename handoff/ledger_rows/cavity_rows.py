@@ -37,9 +37,9 @@ def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray
     spacing = np.cbrt(handoff.carving.volume[taken])
     shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
     samples, here = handoff.carving.samples, chosen(handoff.carving.samples.position)
-    place = samples.position[here]
-    share = float(np.mean(carve.filled(handoff.carving.stays, samples.grain[here], place, handoff.region)))
-    return by_one_factor(shape, spacing, place[:_CALIBRATION], share, Rules())[0].mesh
+    position = samples.position[here]
+    fraction = float(np.mean(carve.filled(handoff.carving.stays, samples.grain[here], position, handoff.region)))
+    return by_one_factor(shape, spacing, position[:_CALIBRATION], fraction, Rules())[0].mesh
 
 
 def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domain) -> None:

@@ -22,7 +22,7 @@ def support_of(source: Particles, spacing: np.ndarray) -> np.ndarray:
 
 def comparison_cells(handoff: Handoff, source: Particles, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Cells of the field comparison for the sample points, and their sizes [m]."""
-    support = support_of(source, handoff.split.spacing)[handoff.compact.places][handoff.carving.samples.particle]
+    support = support_of(source, handoff.split.spacing)[handoff.compact.indices][handoff.carving.samples.particle]
     return compare_clouds.cells(handoff.mapped.fields, support, 3.0 * radius)
 
 
@@ -31,8 +31,8 @@ def corrected_fields(handoff: Handoff, source: Particles, bed: Particles) -> com
     kept = np.flatnonzero(handoff.carving.stays)
     compact, region = handoff.compact, handoff.region
     before = (
-        source.mass[compact.places] * compact.share,
-        region.flow(source.position[compact.places], source.velocity[compact.places]),
+        source.mass[compact.indices] * compact.fraction,
+        region.flow(source.position[compact.indices], source.velocity[compact.indices]),
         handoff.mapped.own_gradient,
     )
     start, count = handoff.start, len(kept)
@@ -78,7 +78,7 @@ def enter(
         "kinetic_energy_peculiar",
         peculiar,
         "J",
-        f"below the size of a grain, which grains cannot take over: {_share(peculiar, bulk + peculiar)}",
+        f"below the size of a grain, which grains cannot take over: {_momentum_fraction(peculiar, bulk + peculiar)}",
     )
     density = compare_clouds.density_difference(fields, radius)
     if np.isfinite(density):
@@ -88,15 +88,17 @@ def enter(
     ejecta = handoff.ejecta.source
     before = flying_mass(source.position[ejecta], source.velocity[ejecta], source.mass[ejecta], region, column)
     inside = flying_mass(
-        source.position[handoff.compact.places],
-        source.velocity[handoff.compact.places],
-        source.mass[handoff.compact.places] * handoff.compact.share,
+        source.position[handoff.compact.indices],
+        source.velocity[handoff.compact.indices],
+        source.mass[handoff.compact.indices] * handoff.compact.fraction,
         region,
         column,
     )
-    place = handoff.start.position.copy()
-    place[len(place) - len(ejecta) :] = source.position[ejecta]  # judged where it was, not where its grain found room
-    after = flying_mass(place, handoff.start.velocity, handoff.start.mass, region, column)
+    position = handoff.start.position.copy()
+    position[len(position) - len(ejecta) :] = source.position[
+        ejecta
+    ]  # judged where it was, not where its grain found room
+    after = flying_mass(position, handoff.start.velocity, handoff.start.mass, region, column)
     ledger.measure(
         "ejecta_mass_curve_rel",
         compare_clouds.mass_curve_difference(
@@ -107,7 +109,7 @@ def enter(
     )
 
 
-def _share(part: float, whole: float) -> str:
+def _momentum_fraction(part: float, whole: float) -> str:
     return f"{part / whole:.2%} of both" if whole > 0.0 else "nothing moves"
 
 

@@ -99,8 +99,8 @@ def _sensitivity(book: Ledger) -> str:
     )
 
 
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %"
+def _percent(fraction: float) -> str:
+    return f"{100.0 * fraction:.2g} %"
 
 
 def _rest(book: Ledger) -> str:

@@ -21,11 +21,11 @@ def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: domain.Do
         for name in ("residual_pressure_over_bulk_modulus", "elastic_over_kinetic_energy"):
             ledger.skip(name, "not_measured", "the source carries no field 'pressure'")
         return
-    here = handoff.compact.places[handoff.compact.share > 0.5]
+    here = handoff.compact.indices[handoff.compact.fraction > 0.5]
     pressure = left.pressure[here]
     fronts = shock.over_support(source.position[here], pressure)
     weight = shock.by_weight(
-        source.select(handoff.compact.places), handoff.compact.share, handoff.carving.size.radius, column
+        source.select(handoff.compact.indices), handoff.compact.fraction, handoff.carving.size.radius, column
     )
     ledger.measure(
         "residual_pressure_over_bulk_modulus",
@@ -35,7 +35,7 @@ def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: domain.Do
         f"{weight.pressure:.3g}",
         bound=max(LIMITS["residual_pressure_over_bulk_modulus"].limit, weight.pressure),
     )
-    elastic = float(np.sum(left.elastic[handoff.compact.places] * handoff.compact.share))
+    elastic = float(np.sum(left.elastic[handoff.compact.indices] * handoff.compact.fraction))
     moving = handoff.moving[0]
     note = (
         f"{elastic:.4e} J over {moving:.4e} J, both of the compact matter inside the domain; weight alone stores "

@@ -83,7 +83,7 @@ def write(run: Path, out: Path, pictures: bool = True) -> None:
     if pictures and drawing.possible("the handoff"):
         from handoff.pages import pictures as drawn
 
-        drawn.draw(gather(run, out, record), out)
+        drawn.draw_pictures(gather(run, out, record), out)
     further = archive.read_json(out / "sensitivity.json") if (out / "sensitivity.json").is_file() else None
     archive.write_text(out / "report.html", whole_page(run, book, record, out, further))
 

@@ -17,7 +17,7 @@ _MATERIAL_COLOURS = {"ice": "#9ecae1", "water": "#3182bd", "basalt": "#8c6d31", 
 _OTHER, _PROJECTILE, _EJECTA = "#bbbbbb", "#e6550d", "#de2d26"
 
 
-def draw(data: dict[str, Any], out: Path) -> None:
+def draw_pictures(data: dict[str, Any], out: Path) -> None:
     """Draw every picture of the report into the folder ``out``; ``data`` as from ``report.gather``."""
     for name, picture in (("cut.png", _cut), ("velocity.png", _velocity), ("residuals.png", _residuals)):
         _save(picture(data), out / name)
@@ -57,10 +57,10 @@ def _frame_of(data) -> tuple[Any, float, str, tuple[float, float], tuple[float, 
     return region, unit, name, across, ((low - margin) / unit, (high + 4 * margin) / unit)
 
 
-def _discs(axes, place, radius, colours, unit, **options) -> None:
+def _discs(axes, position, radius, colours, unit, **options) -> None:
     from matplotlib.collections import EllipseCollection
 
-    size, where = 2.0 * radius / unit, dict(units="xy", offsets=place / unit, offset_transform=axes.transData)
+    size, where = 2.0 * radius / unit, dict(units="xy", offsets=position / unit, offset_transform=axes.transData)
     axes.add_collection(EllipseCollection(size, size, 0.0 * size, facecolors=colours, **where, **options))
 
 
@@ -128,7 +128,7 @@ def _cut(data):
     figure, axes = _figure(2, 1, (12.0, 24.0 * aspect + 1.0))
     reason = data["residuals"]["source/reason"]
     spacing = np.cbrt(source.mass / source.density)
-    thin = np.abs(source.position[:, 1]) < 0.6 * spacing
+    slab = np.abs(source.position[:, 1]) < 0.6 * spacing
     colours = _colours(source.attributes.get("materials", []), source.material)
     if "layer" in source:
         colours[source.layer < 0] = to_rgba(_PROJECTILE)
@@ -136,11 +136,11 @@ def _cut(data):
     above = axes[0, 0]
     _discs(
         above,
-        source.position[thin][:, [0, 2]],
-        0.5 * np.minimum(spacing, np.median(spacing) * 2)[thin],
-        colours[thin],
+        source.position[slab][:, [0, 2]],
+        0.5 * np.minimum(spacing, np.median(spacing) * 2)[slab],
+        colours[slab],
         unit,
-        edgecolors=edge[thin],
+        edgecolors=edge[slab],
         linewidths=0.5,
     )
     above.set_title(f"Before: particles of the shock stage at {readable.clock(data['record']['time_s'])}")
@@ -182,16 +182,16 @@ def _velocity(data):
     figure, axes = _figure(3, 1, (12.0, 36.0 * aspect + 1.0))
     spacing = np.cbrt(source.mass / source.density)
     inside = (region.depth_inside(source.position) > -spacing) & (data["residuals"]["source/reason"] == 0)
-    thin = inside & (np.abs(source.position[:, 1]) < spacing)
+    slab = inside & (np.abs(source.position[:, 1]) < spacing)
     stays = int(data["record"]["grains"]["kept"])
     grain = np.flatnonzero(np.abs(start.position[:stays, 1]) < start.radius[:stays])
     close = np.abs(cells["centre"][:, 1]) < 1.5 * float(start.radius[:stays].mean()) * 3.0
     # against the ground, which turns with a whole body
     flow, moved = (region.flow(cloud.position, cloud.velocity) for cloud in (source, start))
-    speed = np.linalg.norm(flow[thin], axis=1)
+    speed = np.linalg.norm(flow[slab], axis=1)
     top = float(np.percentile(speed, 99)) if len(speed) else 1.0
     parts = (
-        ("Before: particles that are not ejecta", source.position[thin], flow[thin]),
+        ("Before: particles that are not ejecta", source.position[slab], flow[slab]),
         ("After: grains", start.position[grain], moved[grain]),
         (
             "Difference, cell by cell (arrows five times as long)",
@@ -199,11 +199,11 @@ def _velocity(data):
             (cells["after"] - cells["before"])[close],
         ),
     )
-    for panel, (title, place, velocity) in zip(axes[:, 0], parts):
+    for panel, (title, position, velocity) in zip(axes[:, 0], parts):
         last = title.startswith("Difference")
         size = np.linalg.norm(velocity, axis=1)
         arrows = panel.quiver(
-            place[:, 0] / unit, place[:, 2] / unit, velocity[:, 0], velocity[:, 2], size, cmap="viridis",
+            position[:, 0] / unit, position[:, 2] / unit, velocity[:, 0], velocity[:, 2], size, cmap="viridis",
             scale=top * (6.0 if last else 30.0), width=0.0012, clim=(0, 0.2 * top if last else top), zorder=3,
         )  # fmt: skip
         figure.colorbar(arrows, ax=panel, label="speed [m/s]", shrink=0.8)
@@ -277,17 +277,17 @@ def _forces(data):
     figure, axes = _figure(2, 1, (12.0, 12.0 * aspect + 4.5))
     figure.get_layout_engine().set(hspace=0.05)
     cut, spread = axes[0, 0], axes[1, 0]
-    thin = np.abs(start.position[network.one, 1] + start.position[network.other, 1]) < 2.0 * float(start.radius.mean())
+    slab = np.abs(start.position[network.one, 1] + start.position[network.other, 1]) < 2.0 * float(start.radius.mean())
     ends = (
-        np.stack([start.position[network.one[thin]], start.position[network.other[thin]]], axis=1)[:, :, [0, 2]] / unit
+        np.stack([start.position[network.one[slab]], start.position[network.other[slab]]], axis=1)[:, :, [0, 2]] / unit
     )
-    share = network.force[thin] / max(network.mean, 1e-300)
-    order = np.argsort(share)
+    fraction = network.force[slab] / max(network.mean, 1e-300)
+    order = np.argsort(fraction)
     lines = LineCollection(
         ends[order],
-        array=share[order],
+        array=fraction[order],
         cmap="inferno_r",
-        linewidths=np.clip(0.7 * share[order], 0.15, 4.0),
+        linewidths=np.clip(0.7 * fraction[order], 0.15, 4.0),
         clim=(0.0, 5.0),
     )
     cut.add_collection(lines)
@@ -310,7 +310,7 @@ def _forces(data):
         )
         spread.plot(ticks := np.linspace(0.0, 10.0, 50), np.exp(-ticks), ":", color="#999", label="exp(-f / mean)")
         spread.legend()
-    spread.set(yscale="log", xlabel="force / mean", ylabel="share of contacts", title="Distribution of the forces")
+    spread.set(yscale="log", xlabel="force / mean", ylabel="fraction of contacts", title="Distribution of the forces")
     return figure
 
 

@@ -26,8 +26,8 @@ _NEAR = 0.2
 # outside the true one
 _FILLED, _OUTSIDE = 0.75, 0.2
 _LEVEL_GROUND = 0.5
-# of a disc that a cavity is looked for in: its least radius in units of the noise, and the share of it that a cavity
-# may fill
+# of a disc that a cavity is looked for in: its least radius in units of the noise, and the fraction of it that a
+# cavity may fill
 _LEAST_DISC, _ROOM = 10.0, 0.6
 
 

@@ -63,7 +63,7 @@ class Rules(Model):
     whole)."""
     offset: float | Literal["auto"] = "auto"
     """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass
-    over density, place by place."""
+    over density, point by point."""
     smoothing: int = Field(6, ge=0, le=50)
     """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they
     are finer than grains."""
@@ -78,8 +78,8 @@ class Rules(Model):
     region: float = Field(8.0, ge=4.0, le=100.0)
     """Width of a region of the regional correction in mean grain radii."""
     loosened: Literal["full_size", "shrunk"] = "shrunk"
-    """Grains that stand for matter which the flow has loosened: ``shrunk``, as small as the matter is when packed
-    (``handoff.transfer.bulking``); ``full_size``, as in the bed, so that the matter keeps its loosened volume. With
+    """Grains that stand for matter which the flow has dilated: ``shrunk``, as small as the matter is when packed
+    (``handoff.transfer.bulking``); ``full_size``, as in the bed, so that the matter keeps its dilated volume. With
     ``method = "direct"`` it counts for the mapped grains that the report compares."""
     crater: Literal["required", "any"] = "required"
     """``required``: stop when there is no crater; ``any``: for control runs without an impact."""
@@ -222,7 +222,7 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
 
 def classify(source: Particles, domain: Domain, column: Column, rules: Rules) -> tuple[Split, AlphaShape, np.ndarray]:
     """Split the source; also the alpha-shape of its compact material in and around the domain (the largest piece), and
-    the places in the source of the points of that shape.
+    the indices in the source of the points of that shape.
 
     Raises ``InputError`` when nothing compact is left, or when the projectile has not hit yet.
     """
@@ -284,18 +284,18 @@ def _refuse_falling(source: Particles, domain: Domain, limit: float) -> None:
         )
 
 
-def share_inside(
+def fraction_inside(
     position: np.ndarray, spacing: np.ndarray, domain: Domain, owner: cKDTree, owners: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Which part of each particle's matter lies inside the domain, and where its centre is.
 
     A particle near a face that cuts through matter is represented by its Voronoi cell: the points of a ball of one
     spacing that are nearer to it than to any other particle. At a face that is an interface the centre decides:
-    particles of either side keep off it. ``owner`` is the tree over all compact particles, ``owners`` (n,) the places
-    in it of the ones asked for. Returns the share (n,) in [0, 1] and the centroid (n, 3) [m] of the part inside.
+    particles of either side keep off it. ``owner`` is the tree over all compact particles, ``owners`` (n,) the indices
+    in it of the ones asked for. Returns the fraction (n,) in [0, 1] and the centroid (n, 3) [m] of the part inside.
     """
     between, cut = domain.between(position), domain.cut_depth(position)
-    share, centre = (between & (cut > 0.0)).astype(float), position.copy()
+    fraction, centre = (between & (cut > 0.0)).astype(float), position.copy()
     crossing = np.flatnonzero(between & (np.abs(cut) < spacing))
     cloud = qmc.Sobol(3, scramble=True, rng=1).random(_CELL_POINTS)
     radius, cosine, azimuth = np.cbrt(cloud[:, 0]), 2.0 * cloud[:, 1] - 1.0, 2.0 * np.pi * cloud[:, 2]
@@ -307,7 +307,7 @@ def share_inside(
         mine = (owner.query(points)[1].reshape(len(rows), -1)) == owners[rows, None]
         inside = (domain.cut_depth(points) > 0.0).reshape(mine.shape) & mine
         count = inside.sum(axis=1)
-        share[rows] = count / np.maximum(mine.sum(axis=1), 1)
+        fraction[rows] = count / np.maximum(mine.sum(axis=1), 1)
         mean = np.einsum("ik,ikj->ij", inside, points.reshape(len(rows), -1, 3)) / np.maximum(count, 1)[:, None]
         centre[rows] = np.where(count[:, None] > 0, mean, position[rows])
-    return share, centre
+    return fraction, centre

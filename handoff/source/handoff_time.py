@@ -140,12 +140,12 @@ def _drive(source: Particles, here: np.ndarray, earlier: Particles | None, domai
         return float("nan")
     step = float(source.attributes.get("time", 0.0)) - float(earlier.attributes.get("time", 0.0))
     order = np.argsort(earlier.identity)
-    place = np.searchsorted(earlier.identity[order], source.identity[here])
-    place = order[np.minimum(place, len(order) - 1)]
-    same = earlier.identity[place] == source.identity[here]
+    index = np.searchsorted(earlier.identity[order], source.identity[here])
+    index = order[np.minimum(index, len(order) - 1)]
+    same = earlier.identity[index] == source.identity[here]
     if step <= 0.0 or not same.any():
         return float("nan")
-    mine, then = here[same], place[same]
+    mine, then = here[same], index[same]
     acceleration = np.linalg.norm(source.velocity[mine] - earlier.velocity[then], axis=1) / step
     weight = source.mass[mine] * np.linalg.norm(source.velocity[mine], axis=1)
     gravity = column.gravity_at(domain.frame.height(source.position[mine]))

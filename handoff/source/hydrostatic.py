@@ -90,18 +90,18 @@ def from_target(target: Mapping[str, Any], datum: float) -> Column:
     upwards = "height_m" if flat else "radius_m"
     try:
         table = target["profile"]
-        place, pressure, gravity = (
+        distance, pressure, gravity = (
             np.asarray(table[name], dtype=float) for name in (upwards, "pressure_Pa", "gravity_m_s2")
         )
         surface = float(target["surface_gravity_m_s2"])
     except KeyError as missing:
         raise InputError(f"target.json lacks {missing}") from None
-    if len(place) < 2 or np.any(np.diff(place) <= 0.0) or not surface > 0.0:
+    if len(distance) < 2 or np.any(np.diff(distance) <= 0.0) or not surface > 0.0:
         raise InputError(f"target.json: profile.{upwards} must ascend and surface_gravity_m_s2 be positive")
     if flat:
-        return Column(place, pressure, gravity, math.inf, surface)
-    inside = place <= float(target.get("radius_m", place[-1])) * (1.0 + 1e-9)
-    return Column(place[inside] - datum, pressure[inside], gravity[inside], datum, surface)
+        return Column(distance, pressure, gravity, math.inf, surface)
+    inside = distance <= float(target.get("radius_m", distance[-1])) * (1.0 + 1e-9)
+    return Column(distance[inside] - datum, pressure[inside], gravity[inside], datum, surface)
 
 
 def _of_solid(target: Mapping[str, Any], radius: float) -> Column:
@@ -114,9 +114,9 @@ def _of_solid(target: Mapping[str, Any], radius: float) -> Column:
         density = float(target["mass_kg"]) / float(target["volume_m3"])
     except KeyError as missing:
         raise InputError(f"target.json lacks {missing}") from None
-    place = np.linspace(0.0, radius, 101)
-    pressure = 0.5 * density * surface / radius * (radius**2 - place**2)
-    return Column(place - radius, pressure, surface / radius * place, radius, surface)
+    distance = np.linspace(0.0, radius, 101)
+    pressure = 0.5 * density * surface / radius * (radius**2 - distance**2)
+    return Column(distance - radius, pressure, surface / radius * distance, radius, surface)
 
 
 def read(path: Path, datum: float) -> Column:

@@ -5,7 +5,7 @@ part of that out. The surface is drawn a ``distance`` [m] outside: first one fac
 volume inside the bed's domain is the sum of mass over density of the compact particles there (0.5 would be the half
 spacing of a perfect layer, 0.3 is found for disordered ones). Where the surface is sharply bent, at a rim's crest
 above all, one factor leaves matter out and makes up for it elsewhere: a cavity comes out too small. So the distance is
-then corrected place by place: what each particle lacks,
+then corrected point by point: what each particle lacks,
 
     d_i = m_i / rho_i - (volume inside the surface that is nearest to i),
 
@@ -36,7 +36,7 @@ _ROUNDS = 2
 
 def even_points(domain: Domain) -> np.ndarray:
     """65,536 even points of the domain."""
-    return domain.points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
+    return domain.even_points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
 
 
 def passes(spacing: np.ndarray, rules: Rules, coarse: float) -> np.ndarray:
@@ -47,10 +47,10 @@ def passes(spacing: np.ndarray, rules: Rules, coarse: float) -> np.ndarray:
 
 
 def by_one_factor(
-    shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, share: float, rules: Rules, coarse: float = 0.0
+    shape: AlphaShape, spacing: np.ndarray, points: np.ndarray, fraction: float, rules: Rules, coarse: float = 0.0
 ) -> tuple[OffsetShape, float]:
     """The surface at one factor of the ``spacing`` (n,) [m] of the shape's particles, and that factor:
-    ``rules.offset``, or the one at which the solid holds ``share`` of the even ``points`` (s, 3)."""
+    ``rules.offset``, or the one at which the solid holds ``fraction`` of the even ``points`` (s, 3)."""
     smooth = passes(spacing, rules, coarse)
     if rules.offset != "auto":
         return shape.offset(rules.offset * spacing, smooth), float(rules.offset)
@@ -61,11 +61,11 @@ def by_one_factor(
         (deep.sum() + np.count_nonzero(shape.offset(factor * spacing, smooth).contains(shell))) / len(points)
         for factor in factors
     ]
-    factor = float(np.interp(share, held, factors))
+    factor = float(np.interp(fraction, held, factors))
     return shape.offset(factor * spacing, smooth), factor
 
 
-def place_by_place(
+def point_by_point(
     solid: OffsetShape,
     spacing: np.ndarray,
     position: np.ndarray,
@@ -86,11 +86,11 @@ def place_by_place(
     edge = edge[domain.cut_depth(shape.points[edge]) > 0.0]
     if len(edge) == 0:
         return solid
-    place, width = shape.points[edge], _WIDTH * spacing[edge]
-    tree, reach = cKDTree(place), _CUT * float(width.max())
-    near = np.flatnonzero(np.isfinite(tree.query(position, distance_upper_bound=reach)[0]))
-    towards = _weights(place, cKDTree(position[near]), width)
-    among = _weights(place, tree, width)
+    edge_points, width = shape.points[edge], _WIDTH * spacing[edge]
+    tree, reach = cKDTree(edge_points), _CUT * float(width.max())
+    near = np.flatnonzero(np.isfinite(tree.query(edge_points, distance_upper_bound=reach)[0]))
+    towards = _weights(edge_points, cKDTree(edge_points[near]), width)
+    among = _weights(edge_points, tree, width)
     inside = shape.contains(points)
     for _ in range(_ROUNDS):
         held = inside.copy()
@@ -104,17 +104,17 @@ def place_by_place(
     return solid
 
 
-def _weights(place: np.ndarray, of: cKDTree, width: np.ndarray) -> csr_matrix:
-    """Gaussian weights (points at ``place``, points of ``of``) of the standard deviations ``width`` of the former, as
-    a sparse matrix. Each row ends at its own cut: with that of the widest, the ten thousands of fine points about a
+def _weights(position: np.ndarray, of: cKDTree, width: np.ndarray) -> csr_matrix:
+    """Gaussian weights (points at ``position``, points of ``of``) of the standard deviations ``width`` of the former,
+    as a sparse matrix. Each row ends at its own cut: with that of the widest, the ten thousands of fine points about a
     small impact would all be neighbours of each other (10 GB)."""
-    found = of.query_ball_point(place, _CUT * width, return_sorted=True)
+    found = of.query_ball_point(position, _CUT * width, return_sorted=True)
     count = np.fromiter(map(len, found), dtype=np.int64, count=len(found))
     column = np.fromiter(itertools.chain.from_iterable(found), dtype=np.int64, count=int(count.sum()))
-    row = np.repeat(np.arange(len(place)), count)
-    away = np.linalg.norm(place[row] - of.data[column], axis=1)
+    row = np.repeat(np.arange(len(position)), count)
+    away = np.linalg.norm(position[row] - of.data[column], axis=1)
     weight = np.exp(-0.5 * (away / width[row]) ** 2)
-    return csr_matrix((weight, column, np.concatenate([[0], np.cumsum(count)])), shape=(len(place), of.n))
+    return csr_matrix((weight, column, np.concatenate([[0], np.cumsum(count)])), shape=(len(position), of.n))
 
 
 def _area(solid: OffsetShape, count: int) -> np.ndarray:

@@ -62,20 +62,20 @@ class Weight:
     energy: float
 
 
-def by_weight(source: Particles, share: np.ndarray, cavity_radius: float, column: Column) -> Weight:
+def by_weight(source: Particles, fraction: np.ndarray, cavity_radius: float, column: Column) -> Weight:
     """The scale of what a flow under gravity changes: matter moved by the cavity's radius R [m] carries rho g R more
     or less than before.
 
-    p = rho g R over K (medians by particle), and sum V p^2 / (2 K); ``share`` (n,) is the part of each particle's
+    p = rho g R over K (medians by particle), and sum V p^2 / (2 K); ``fraction`` (n,) is the part of each particle's
     volume V that counts. In a granite cavity of R = 10 km on Earth p / K is 5e-3: no moment of its growth is quieter
     than that.
     """
     bulk, _ = moduli(source)
-    counts = (share > 0.5) & np.isfinite(bulk)
+    counts = (fraction > 0.5) & np.isfinite(bulk)
     if not counts.any():
         return Weight(0.0, 0.0)
     pressure = float(np.median(source.density[counts])) * column.surface_gravity * cavity_radius
-    volume = share[counts] * source.mass[counts] / source.density[counts]
+    volume = fraction[counts] * source.mass[counts] / source.density[counts]
     return Weight(
         pressure / float(np.median(bulk[counts])), float(np.sum(volume * pressure**2 / (2.0 * bulk[counts])))
     )

@@ -1,13 +1,13 @@
-"""Grains that stand for loosened matter, at the size that this matter has when it is packed again.
+"""Grains that stand for dilated matter, at the size that this matter has when it is packed again.
 
 Cohesionless ground bears no tension: where a flow parts it, as about a hollow in weak gravity, its density falls to
-0.5 ... 0.9 of what it is packed. A grain of the settled bed at its full size would keep that loosened volume for ever,
+0.5 ... 0.9 of what it is packed. A grain of the settled bed at its full size would keep that dilated volume for ever,
 and would touch its neighbours where the flow still has room to converge. So with ``[handoff] loosened = "shrunk"``
 
     s  = sum_p V_p rho_p / rho_ref,p  /  sum_p V_p
     r' = r max(s, s_min)^(1/3)   where s < 1 - ``NOISE``,   r' = r elsewhere
 
-r, r' : radius of the grain in the bed and at the start [m]; its place, mass, velocity and k_n stay
+r, r' : radius of the grain in the bed and at the start [m]; its position, mass, velocity and k_n stay
 V_p   : what the particle p has of the volume that the grain stands for [m^3]
 rho_p : density of the particle as its room is counted (``surface.counted_density``) [kg/m^3]; rho_ref,p that of its
         material with the pores it has: crushed matter counts against what it was crushed to. Of a material not known
@@ -15,7 +15,7 @@ rho_p : density of the particle as its room is counted (``surface.counted_densit
 s_min : ``surface.SPARSEST``: sparser matter is ejecta, or counted at that, so that no grain is made smaller than 0.79
         of itself
 
-The grain then holds m = s V rho_ref in the share s of its volume: its own density is that of a grain of unloosened
+The grain then holds m = s V rho_ref in the fraction s of its volume: its own density is that of a grain of undilated
 matter, its moment of inertia 2 m r'^2 / 5. A grain never grows. Contacts that open are forgotten; in those that stay
 the springs shrink as the overlap does, so that each stays as far from its Coulomb limit as it was.
 
@@ -41,10 +41,10 @@ _SPRINGS = slice(0, OFFSET)
 """Tangential, rolling and twisting springs in ``contacts/history``."""
 
 
-def packed_share(
+def packed_fraction(
     density: np.ndarray, reference: np.ndarray, cells: Overlap, near: np.ndarray, undisturbed: np.ndarray | None
 ) -> np.ndarray:
-    """s (k,): share of its volume that the matter of each grain takes when packed.
+    """s (k,): fraction of its volume that the matter of each grain takes when packed.
 
     ``density`` and ``reference`` (n,) [kg/m^3] of the compact particles, 0 where the material is not known: then the
     grains' ``undisturbed`` density (k,) counts; ``cells`` of grains and particles, ``near`` (k,) the nearest particle
@@ -56,22 +56,22 @@ def packed_share(
             "not known here, and the bed carries no field 'density'"
         )
 
-    def share(particle: np.ndarray, grain: np.ndarray) -> np.ndarray:
+    def fraction(particle: np.ndarray, grain: np.ndarray) -> np.ndarray:
         packed = reference[particle]
         if undisturbed is not None:
             packed = np.where(packed > 0.0, packed, undisturbed[grain])
         return density[particle] / packed
 
     total = np.bincount(
-        cells.grain, weights=cells.weight * share(cells.particle, cells.grain), minlength=len(cells.grains)
+        cells.grain, weights=cells.weight * fraction(cells.particle, cells.grain), minlength=len(cells.grains)
     )
     some = cells.per_grain > 0.0
-    return np.where(some, total / np.where(some, cells.per_grain, 1.0), share(near, np.arange(len(near))))
+    return np.where(some, total / np.where(some, cells.per_grain, 1.0), fraction(near, np.arange(len(near))))
 
 
-def radius_factor(share: np.ndarray) -> np.ndarray:
-    """r' / r (k,) of grains whose matter takes this ``share`` of its volume when packed."""
-    return np.where(share < 1.0 - NOISE, np.cbrt(np.clip(share, SPARSEST, 1.0)), 1.0)
+def radius_factor(fraction: np.ndarray) -> np.ndarray:
+    """r' / r (k,) of grains whose matter takes this ``fraction`` of its volume when packed."""
+    return np.where(fraction < 1.0 - NOISE, np.cbrt(np.clip(fraction, SPARSEST, 1.0)), 1.0)
 
 
 def contacts_kept(
@@ -87,12 +87,12 @@ def contacts_kept(
         return kept
     order = np.argsort(before.identity)
 
-    def places(identity: np.ndarray) -> np.ndarray:
+    def indices(identity: np.ndarray) -> np.ndarray:
         return order[np.searchsorted(before.identity, identity, sorter=order)]
 
     if len(tables.get("contacts/pair", ())):
         pair, history = tables["contacts/pair"], tables["contacts/history"].copy()
-        one, other = places(pair[:, 0]), places(pair[:, 1])
+        one, other = indices(pair[:, 0]), indices(pair[:, 1])
         distance = np.linalg.norm(before.position[one] - before.position[other], axis=1)
         was = before.radius[one] + before.radius[other] + _offset(history) - distance
         now = was - (before.radius - radius)[one] - (before.radius - radius)[other]
@@ -102,7 +102,7 @@ def contacts_kept(
         kept |= {"contacts/pair": pair[stays], "contacts/history": history[stays]}
     if len(tables.get("contacts/wall_pair", ())):
         pair, history = tables["contacts/wall_pair"], tables["contacts/wall_history"]
-        grain = places(pair[:, 0])
+        grain = indices(pair[:, 0])
         reaches = radius[grain] + _offset(history) > region.wall_depth(before.position[grain])
         stays = ~smaller[grain] | reaches
         kept |= {"contacts/wall_pair": pair[stays], "contacts/wall_history": history[stays]}

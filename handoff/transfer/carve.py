@@ -35,7 +35,7 @@ _FILLED = (0.1, 1.2)
 @dataclass(frozen=True)
 class Samples:
     """``position`` (s, 3) [m], each standing for ``weight`` (s,) times ``volume`` [m^3]; ``inside`` (s,) the surface;
-    ``particle`` (s,) nearest compact source particle (place among the compact ones), ``grain`` (s,) nearest grain of
+    ``particle`` (s,) nearest compact source particle (index among the compact ones), ``grain`` (s,) nearest grain of
     the uncarved bed."""
 
     position: np.ndarray
@@ -69,13 +69,13 @@ def check(bed: Particles, domain: Domain) -> None:
         )
 
 
-def points(domain: Domain, compact: cKDTree, grains: cKDTree, number: float) -> Samples:
+def even_samples(domain: Domain, compact: cKDTree, grains: cKDTree, number: float) -> Samples:
     """Even points of the domain, at least eight per grain and half a million, none of them ``inside`` yet.
 
     ``number``: how many grains the domain would hold if all were as small as those at the impact.
     """
     power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * max(number, grains.n)))))
-    position = domain.points(qmc.Sobol(3, scramble=True, rng=3).random_base2(power))
+    position = domain.even_points(qmc.Sobol(3, scramble=True, rng=3).random_base2(power))
     nobody = np.zeros(len(position), dtype=bool)
     owner, grain = compact.query(position, workers=-1)[1], grains.query(position, workers=-1)[1]
     return Samples(position, domain.volume / len(position), nobody, owner, grain, np.ones(len(position)))

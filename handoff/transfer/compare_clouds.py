@@ -69,9 +69,9 @@ def spread(
 ) -> Fields:
     """Spread both clouds over the points.
 
-    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the share inside the domain), and the same
-    of all grains of the uncarved bed; ``receiver`` (s,) as from ``carve.receivers``. A velocity varies linearly over
-    its owner's cell, with the owner's own as the mean, so that its momentum is kept.
+    ``mass``, ``velocity`` and ``gradient`` of the compact particles (mass: the fraction inside the domain), and the
+    same of all grains of the uncarved bed; ``receiver`` (s,) as from ``carve.receivers``. A velocity varies linearly
+    over its owner's cell, with the owner's own as the mean, so that its momentum is kept.
     """
     inside = np.flatnonzero(receiver >= 0)
     before, after = np.zeros(len(receiver)), np.zeros(len(receiver))
@@ -94,14 +94,14 @@ def _even(mass: np.ndarray, owner: np.ndarray, weight: np.ndarray) -> np.ndarray
 
 
 def _linear_in_cells(
-    owner: np.ndarray, place: np.ndarray, weight: np.ndarray, velocity: np.ndarray, gradient: np.ndarray
+    owner: np.ndarray, position: np.ndarray, weight: np.ndarray, velocity: np.ndarray, gradient: np.ndarray
 ) -> np.ndarray:
     whole = np.bincount(owner, weights=weight, minlength=len(velocity))
     total = np.stack(
-        [np.bincount(owner, weights=weight * place[:, k], minlength=len(velocity)) for k in range(3)], axis=1
+        [np.bincount(owner, weights=weight * position[:, k], minlength=len(velocity)) for k in range(3)], axis=1
     )
     centre = total / np.where(whole > 0.0, whole, 1.0)[:, None]
-    return velocity[owner] + np.einsum("sa,sab->sb", place - centre[owner], gradient[owner])
+    return velocity[owner] + np.einsum("sa,sab->sb", position - centre[owner], gradient[owner])
 
 
 def cells(fields: Fields, support: np.ndarray, smallest: float) -> tuple[np.ndarray, np.ndarray]:
@@ -188,19 +188,19 @@ def field_difference(fields: Fields, number: np.ndarray, size: np.ndarray) -> Fi
 
 
 def local_momentum(fields: Fields, domain: Domain) -> list[tuple[str, float, float]]:
-    """(region, |dp| / sum m|v|, share of the total sum m|v|) for 8 octants and 8 shells.
+    """(region, |dp| / sum m|v|, fraction of the total sum m|v|) for 8 octants and 8 shells.
 
     The octants meet in the m|v|-weighted centre of the flow; the shells around the impact hold equal parts of sum m|v|
     each.
     """
-    place = fields.samples.position
+    position = fields.samples.position
     weight = fields.mass_before * np.linalg.norm(fields.velocity_before, axis=1)
     if weight.sum() == 0.0:
         return []
-    octant = (place > (weight[:, None] * place).sum(axis=0) / weight.sum()) @ np.array([1, 2, 4])
-    distance = np.linalg.norm(place - domain.pole, axis=1)
+    octant = (position > (weight[:, None] * position).sum(axis=0) / weight.sum()) @ np.array([1, 2, 4])
+    distance = np.linalg.norm(position - domain.pole, axis=1)
     order = np.argsort(distance, kind="stable")
-    shell = np.empty(len(place), dtype=np.int64)
+    shell = np.empty(len(position), dtype=np.int64)
     shell[order] = np.minimum((_SHELLS * np.cumsum(weight[order]) / weight.sum()).astype(np.int64), _SHELLS - 1)
     rows = []
     for title, number, count in (("octant", octant, 8), ("shell", shell, _SHELLS)):

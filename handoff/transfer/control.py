@@ -51,8 +51,8 @@ def start(kind: Kind, handoff: Handoff, bed: Particles) -> Particles:
 def moved(before: Particles, after: Particles) -> np.ndarray:
     """(n,) distance [m] that each grain of ``before`` has moved; NaN for those that ``after`` no longer holds."""
     order = np.argsort(after.identity)
-    place = np.minimum(np.searchsorted(after.identity, before.identity, sorter=order), len(order) - 1)
-    row = order[place]
+    index = np.minimum(np.searchsorted(after.identity, before.identity, sorter=order), len(order) - 1)
+    row = order[index]
     way = np.linalg.norm(after.position[row] - before.position, axis=1)
     return np.where(after.identity[row] == before.identity, way, np.nan)
 

@@ -79,18 +79,18 @@ def closing_field(
 
 
 def regional_field(
-    place: np.ndarray, mass: np.ndarray, lacking: np.ndarray, where: np.ndarray, size: float, passes: int = 2
+    position: np.ndarray, mass: np.ndarray, lacking: np.ndarray, where: np.ndarray, size: float, passes: int = 2
 ) -> np.ndarray:
     """Change of velocity (k, 3) [m/s] at the points ``where`` (k, 3) that closes momentum region by region, each about
     ``size`` [m] wide.
 
-    ``place`` (s, 3) are points that hold the grains' ``mass`` (s,) [kg] and lack the momentum ``lacking`` (s, 3) [kg
-    m/s]. Nodes that hold less than a twentieth of the mass of the median node (at walls and free surfaces) give
+    ``position`` (s, 3) are points that hold the grains' ``mass`` (s,) [kg] and lack the momentum ``lacking`` (s, 3)
+    [kg m/s]. Nodes that hold less than a twentieth of the mass of the median node (at walls and free surfaces) give
     nothing; every further pass closes what the one before has left.
     """
-    low = np.minimum(place.min(axis=0), where.min(axis=0)) / size
-    count = (np.maximum(place.max(axis=0), where.max(axis=0)) / size - low).astype(np.int64) + 4
-    there, here = place / size - low, where / size - low
+    low = np.minimum(position.min(axis=0), where.min(axis=0)) / size
+    count = (np.maximum(position.max(axis=0), where.max(axis=0)) / size - low).astype(np.int64) + 4
+    there, here = position / size - low, where / size - low
     held = _gathered(there, mass[:, None], count)[:, 0]
     enough = held > 0.05 * np.median(held[held > 0.0])
     change, missing = np.zeros((len(where), 3)), lacking
@@ -101,30 +101,30 @@ def regional_field(
     return change
 
 
-def _splines(place: np.ndarray, count: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+def _splines(position: np.ndarray, count: np.ndarray) -> Iterator[tuple[np.ndarray, np.ndarray]]:
     """The 27 nodes (s,) of each point with their weights (s,): products of quadratic B-splines on the unit grid."""
-    base = np.floor(place).astype(np.int64)
-    t = place - base
+    base = np.floor(position).astype(np.int64)
+    t = position - base
     weight = (0.5 * (1.0 - t) ** 2, 0.5 + t - t**2, 0.5 * t**2)
     for i, j, k in itertools.product(range(3), repeat=3):
         node = ((base[:, 0] + i) * count[1] + base[:, 1] + j) * count[2] + base[:, 2] + k
         yield node, weight[i][:, 0] * weight[j][:, 1] * weight[k][:, 2]
 
 
-def _gathered(place: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.ndarray:
+def _gathered(position: np.ndarray, values: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Sums (nodes, c) of the points' ``values`` (s, c) over the nodes, weighted."""
     total = np.zeros((int(np.prod(count)), values.shape[1]))
-    for node, weight in _splines(place, count):
+    for node, weight in _splines(position, count):
         for column in range(values.shape[1]):
             total[:, column] += np.bincount(node, weights=weight * values[:, column], minlength=len(total))
     return total
 
 
-def _blended(place: np.ndarray, nodes: np.ndarray, counts: np.ndarray, count: np.ndarray) -> np.ndarray:
+def _blended(position: np.ndarray, nodes: np.ndarray, counts: np.ndarray, count: np.ndarray) -> np.ndarray:
     """Weighted mean (s, 3) at the points of the values ``nodes`` (nodes, 3) of those nodes that count; zero where none
     does."""
-    total, weights = np.zeros((len(place), 3)), np.zeros(len(place))
-    for node, weight in _splines(place, count):
+    total, weights = np.zeros((len(position), 3)), np.zeros(len(position))
+    for node, weight in _splines(position, count):
         total += weight[:, None] * nodes[node]
         weights += weight * counts[node]
     return total / np.where(weights > 0.0, weights, 1.0)[:, None]

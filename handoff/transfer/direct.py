@@ -2,7 +2,7 @@
 bed improves on.
 
 A particle whose centre lies in the bed's domain (compact), and every ejecta particle, becomes a sphere that holds
-``packing`` of its volume: r = (3 packing m / (4 pi rho))^(1/3), with its mass, place and velocity and without spin.
+``packing`` of its volume: r = (3 packing m / (4 pi rho))^(1/3), with its mass, position and velocity and without spin.
 Mass, momenta and kinetic energy of these particles are then kept by construction. What is not kept is rest: spheres of
 the full volume overlap wherever particles fill space, the overlaps push the grains apart, and the fastest of them sets
 the step. ``compare`` puts both ways side by side. (Sphere of equal volume: one of the choices of OpenSPH's handoff;
@@ -41,7 +41,7 @@ _SAME = "the grains are the source's own particles: nothing was mapped"
 
 @dataclass(frozen=True)
 class Direct:
-    """``start`` (first the ``compact`` grains, then the ejecta), ``source`` (places of their particles), sums of the
+    """``start`` (first the ``compact`` grains, then the ejecta), ``source`` (indices of their particles), sums of the
     particles taken and of the grains, overlaps bare and beyond what the undisturbed body would carry."""
 
     start: Particles
@@ -61,9 +61,9 @@ def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Colum
     """
     bed.need("stiffness", "radius", "mass")
     region = handoff.region
-    inside = handoff.compact.places[
-        region.between(source.position[handoff.compact.places])
-        & (region.cut_depth(source.position[handoff.compact.places]) > 0.0)
+    inside = handoff.compact.indices[
+        region.between(source.position[handoff.compact.indices])
+        & (region.cut_depth(source.position[handoff.compact.indices]) > 0.0)
     ]
     if len(inside) == 0:
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
@@ -81,7 +81,7 @@ def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Colum
         before,
         after,
         bare,
-        bare.beyond(lambda place: column.pressure_at(frame.height(place))),
+        bare.beyond(lambda position: column.pressure_at(frame.height(position))),
     )
 
 

@@ -1,13 +1,13 @@
-"""Ejecta as grains: every source particle outside the compact material becomes one sphere with its mass, place and
+"""Ejecta as grains: every source particle outside the compact material becomes one sphere with its mass, position and
 velocity.
 
 * radius: the volume mass / density at the bed's packing fraction, so that ejecta that lands fills as much room as the
   bed does; density counts as half of that of packed matter at least, with ``loosened = "shrunk"`` as all of it; shrunk
-  down to half of that where it would overlap; where that is not enough the grain is moved to the nearest free place
+  down to half of that where it would overlap; where that is not enough the grain is moved to the nearest free position
   around it;
 * stiffness: scaled with mass (never above the bed's own), so that the contact time of a light grain, and with it the
   step, stays;
-* ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free place was found; 2
+* ``state``: 0 in contact search; 1 ballistic, when much lighter than a bed grain or when no free position was found; 2
   booked only, beyond escape or beside the bed's domain. About a body of any shape ``fate`` says by two-body flight
   (``handoff.source.two_body``, about the compact matter's centre and in its motion) what becomes of each; booked are
   those that escape, orbit, or come back later than ``until``.
@@ -38,7 +38,7 @@ IN_CONTACT, BALLISTIC, BOOKED = 0, 1, 2
 
 @dataclass(frozen=True)
 class Ejecta:
-    """Arrays over the ejecta (e,): ``source`` is the place in the source; ``moved`` is how far each was moved to fit
+    """Arrays over the ejecta (e,): ``source`` is the index in the source; ``moved`` is how far each was moved to fit
     [m], ``shrunk`` counts smaller ones; ``fate`` is one of ``two_body.FATES`` (all ``returns`` where no body of any
     shape is flown about)."""
 
@@ -73,9 +73,9 @@ def from_source(
     until: float = math.inf,
     rules: Rules = Rules(),  # noqa: B008  (frozen)
 ) -> Ejecta:
-    """Grains for the source particles ``ejecta`` (places) above the carved ``bed``; ``packing`` is the bed's packing
+    """Grains for the source particles ``ejecta`` (indices) above the carved ``bed``; ``packing`` is the bed's packing
     fraction, ``until`` [s] (after the impact) when the collapse ends at the latest; the ``rules`` say what becomes of
-    loosened matter."""
+    dilated matter."""
     position, velocity = source.position[ejecta].copy(), source.velocity[ejecta].copy()
     mass = source.mass[ejecta]
     least = 1.0 if rules.loosened == "shrunk" else SPARSEST
@@ -110,7 +110,7 @@ def from_source(
 
 
 def _fates(source: Particles, ejecta: np.ndarray, domain: Domain, column: Column, until: float) -> np.ndarray:
-    """What becomes of the ``ejecta`` (places) about a body of any shape, (e,); elsewhere all return."""
+    """What becomes of the ``ejecta`` (indices) about a body of any shape, (e,); elsewhere all return."""
     fate = np.full(len(ejecta), two_body.RETURNS, dtype=np.int8)
     if not isinstance(domain, WholeBody) or len(ejecta) == 0:
         return fate
@@ -118,10 +118,12 @@ def _fates(source: Particles, ejecta: np.ndarray, domain: Domain, column: Column
     compact[ejecta] = False
     mass = source.mass[compact]
     centre, drift = (mass @ values[compact] / mass.sum() for values in (source.position, source.velocity))
-    place = source.position[ejecta]
-    surface = np.linalg.norm(domain.frame.foot(place) - centre, axis=1)
+    position = source.position[ejecta]
+    surface = np.linalg.norm(domain.frame.foot(position) - centre, axis=1)
     left = until - float(source.attributes.get("time", 0.0))
-    return two_body.fate(free_flight.strength(column), place - centre, source.velocity[ejecta] - drift, surface, left)
+    return two_body.fate(
+        free_flight.strength(column), position - centre, source.velocity[ejecta] - drift, surface, left
+    )
 
 
 def past_edge(position: np.ndarray, domain: Domain) -> np.ndarray:
@@ -132,7 +134,7 @@ def past_edge(position: np.ndarray, domain: Domain) -> np.ndarray:
     frame = domain.frame
     foot = position - (frame.height(position)[:, None]) * frame.up(position)
     below = domain.depth_inside(foot) <= 0.0
-    floor = frame.height(position) < frame.height(domain.points(np.zeros((1, 3))))[0]
+    floor = frame.height(position) < frame.height(domain.even_points(np.zeros((1, 3))))[0]
     return below | floor
 
 
@@ -156,7 +158,7 @@ def _around(up: np.ndarray) -> np.ndarray:
 
 
 def _fitted(position, radius, state, up, bed) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Radii and places without overlap among grains of state 0 and with the bed; grains that fit nowhere become
+    """Radii and positions without overlap among grains of state 0 and with the bed; grains that fit nowhere become
     ballistic."""
     tree = cKDTree(bed.position)
     nominal = radius.copy()

@@ -25,7 +25,7 @@ OFFSET = 7
 
 @dataclass(frozen=True)
 class Network:
-    """Touching pairs ``one``, ``other`` (c,) as places in the grains, ``force`` (c,) [N]; ``grains`` were looked
+    """Touching pairs ``one``, ``other`` (c,) as indices in the grains, ``force`` (c,) [N]; ``grains`` were looked
     at."""
 
     one: np.ndarray
@@ -64,7 +64,7 @@ def measure(grains: Particles) -> Network:
 
 
 def _offsets(grains: Particles, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """What the history of each pair of grains (places) adds to its overlap [m]; zero for pairs without one."""
+    """What the history of each pair of grains (indices) adds to its overlap [m]; zero for pairs without one."""
     pair, history = grains.tables.get("contacts/pair"), grains.tables.get("contacts/history")
     if pair is None or history is None or len(pair) == 0 or history.shape[1] <= OFFSET or "identity" not in grains:
         return np.zeros(len(one))
@@ -75,5 +75,5 @@ def _offsets(grains: Particles, one: np.ndarray, other: np.ndarray) -> np.ndarra
 
     known, wanted = key(pair[:, 0], pair[:, 1]), key(grains.identity[one], grains.identity[other])
     order = np.argsort(known)
-    place = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(order) - 1)]
-    return np.where(known[place] == wanted, history[place, OFFSET], 0.0)
+    index = order[np.minimum(np.searchsorted(known, wanted, sorter=order), len(order) - 1)]
+    return np.where(known[index] == wanted, history[index, OFFSET], 0.0)

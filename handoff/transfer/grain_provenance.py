@@ -7,7 +7,7 @@ one particle. With the masses m_pg that a grain g so has of each particle p,
 
     x_g = sum_p m_pg x_p / sum_p m_pg
 
-for the shares above critical pressures (``matter.case.shock_phases``), the share of the projectile and the peak
+for the fractions above critical pressures (``matter.case.shock_phases``), the fraction of the projectile and the peak
 pressure; the largest peak pressure is that of any p with m_pg > 0. First depths and distances are means over the
 target's matter alone, below the bed's datum and from the axis of the impact point. A grain whose cell holds no point
 takes what its nearest particle has.
@@ -31,14 +31,14 @@ from matter.case import shock_phases
 from matter.particles import ORIGINS, Particles
 
 _PHASES = {"melting_fraction": "melting_begins", "melt_fraction": "molten", "vapour_fraction": "vapour"}
-_PLACES = ("first_depth", "first_distance")
+_POSITIONS = ("first_depth", "first_distance")
 SUMMED = tuple(name for name in ORIGINS if name != "peak_pressure_largest")
 """The fields that are means, so that their sums with the masses can be compared."""
 
 
 @dataclass(frozen=True)
 class Taken:
-    """Which grain (row by row) has how much ``mass`` [kg] of which ``particle`` (places in the source), for ``count``
+    """Which grain (row by row) has how much ``mass`` [kg] of which ``particle`` (indices in the source), for ``count``
     grains; ``target`` is that part of the mass which is not the projectile's."""
 
     particle: np.ndarray
@@ -85,8 +85,8 @@ def taken(
     source: Particles, compact: np.ndarray, held: np.ndarray, cells: Overlap, near: np.ndarray, ejecta: np.ndarray
 ) -> Taken:
     """What the kept grains and, behind them, the ejecta stand for: the sample points of the kept grains' ``cells``
-    among the ``compact`` particles (places in the source) with the mass inside the domain ``held`` (k,), the nearest
-    of them ``near`` each grain, and the places ``ejecta``."""
+    among the ``compact`` particles (indices in the source) with the mass inside the domain ``held`` (k,), the nearest
+    of them ``near`` each grain, and the indices ``ejecta``."""
     on_points = (held / np.where(cells.per_particle > 0.0, cells.per_particle, 1.0))[cells.particle] * cells.weight
     kept = len(near)
     bare = np.flatnonzero(np.bincount(cells.grain, weights=on_points, minlength=kept) <= 0.0)
@@ -97,9 +97,9 @@ def taken(
     return _of(source, particle[some], grain[some], mass[some], kept + len(ejecta))
 
 
-def one_to_one(source: Particles, places: np.ndarray) -> Taken:
-    """What grains stand for that are the particles ``places`` themselves."""
-    return _of(source, places, np.arange(len(places)), source.mass[places], len(places))
+def one_to_one(source: Particles, indices: np.ndarray) -> Taken:
+    """What grains stand for that are the particles ``indices`` themselves."""
+    return _of(source, indices, np.arange(len(indices)), source.mass[indices], len(indices))
 
 
 def _of(source: Particles, particle: np.ndarray, grain: np.ndarray, mass: np.ndarray, count: int) -> Taken:
@@ -113,23 +113,23 @@ def give(start: Particles, source: Particles, region: Domain, taken_by: Taken) -
         start[name] = (
             taken_by.largest(values)
             if name == "peak_pressure_largest"
-            else taken_by.mean(values, of_target=name in _PLACES)
+            else taken_by.mean(values, of_target=name in _POSITIONS)
         )
 
 
 def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: Domain) -> None:
     """Rows on the sums over the grains against those over the particles, without a limit: what the shock marked, what
     came with the projectile, and the first moments of depth, distance and pressure."""
-    inner, start, places = handoff.compact, handoff.start, handoff.ejecta.source
+    inner, start, indices = handoff.compact, handoff.start, handoff.ejecta.source
     weight = np.zeros(len(source))
-    weight[inner.places] = source.mass[inner.places] * inner.share
-    weight[places] += source.mass[places]
+    weight[inner.indices] = source.mass[inner.indices] * inner.fraction
+    weight[indices] += source.mass[indices]
     of_target = weight * (source.layer >= 0) if "layer" in source else weight
-    share = 1.0 - start.projectile_fraction.astype(float) if "projectile_fraction" in start else 1.0
+    fraction = 1.0 - start.projectile_fraction.astype(float) if "projectile_fraction" in start else 1.0
     for name, values in of_particles(source, region).items():
         if name not in SUMMED:
             continue
-        mine, mass = (of_target, start.mass * share) if name in _PLACES else (weight, start.mass)
+        mine, mass = (of_target, start.mass * fraction) if name in _POSITIONS else (weight, start.mass)
         size = float(mine @ np.abs(values))
         if not size > 0.0:
             continue

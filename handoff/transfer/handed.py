@@ -19,11 +19,11 @@ from matter.particles import Particles
 
 @dataclass(frozen=True)
 class Compact:
-    """The source's compact matter between the domain's floor and top: ``places`` (k,) in the source, ``share`` (k,) of
-    each particle inside the domain, ``centre`` (k, 3) of that part [m]."""
+    """The source's compact matter between the domain's floor and top: ``indices`` (k,) in the source, ``fraction``
+    (k,) of each particle inside the domain, ``centre`` (k, 3) of that part [m]."""
 
-    places: np.ndarray
-    share: np.ndarray
+    indices: np.ndarray
+    fraction: np.ndarray
     centre: np.ndarray
 
 

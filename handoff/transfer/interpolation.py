@@ -12,8 +12,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 _CHUNK = 20_000
-# a fit whose smallest scaled moment falls below this share of the largest (particles in one plane) loses its gradient
-# there
+# a fit whose smallest scaled moment falls below this fraction of the largest (particles in one plane) loses its
+# gradient there
 _RIDGE = 1e-4
 _REACH = 2.0
 

@@ -28,8 +28,8 @@ class Overlap:
 
     ``samples`` and the ``receiver`` (s,) of each point (points without one are left out); ``particles`` (n, 3) and
     ``grains`` (m, 3) are the centres [m]; ``kept`` (k,) the grains that stay, in whose order everything per grain
-    stands here. ``grains`` of this object are the centroids of their cells, ``arm`` the place of each point about the
-    centroid of its particle's cell [m].
+    stands here. ``grains`` of this object are the centroids of their cells, ``arm`` the position of each point about
+    the centroid of its particle's cell [m].
     """
 
     def __init__(self, samples, receiver, particles, grains, kept):
@@ -37,12 +37,12 @@ class Overlap:
         number[kept] = np.arange(len(kept))
         here = receiver >= 0
         self.particle, self.grain, self.weight = samples.particle[here], number[receiver[here]], samples.weight[here]
-        place = samples.position[here]
+        position = samples.position[here]
         self.particles = np.asarray(particles)
         self.per_particle = np.bincount(self.particle, weights=self.weight, minlength=len(self.particles))
         self.per_grain = np.bincount(self.grain, weights=self.weight, minlength=len(kept))
-        self.arm = place - self._mean(self.particle, place, self.per_particle)[self.particle]
-        centre = self._mean(self.grain, place, self.per_grain)
+        self.arm = position - self._mean(self.particle, position, self.per_particle)[self.particle]
+        centre = self._mean(self.grain, position, self.per_grain)
         self.grains = np.where((self.per_grain > 0)[:, None], centre, grains[kept])
 
     def mean(self, mass: np.ndarray, values: np.ndarray) -> np.ndarray:
@@ -68,12 +68,12 @@ class Overlap:
 @dataclass(frozen=True)
 class Motion:
     """Velocity (k, 3) [m/s] and spin (k, 3) [rad/s] of the kept grains, gradients (n, 3, 3) [1/s] of the particles
-    themselves, and the share of their linear variation that the energy allowed."""
+    themselves, and the fraction of their linear variation that the energy allowed."""
 
     velocity: np.ndarray
     spin: np.ndarray
     own_gradient: np.ndarray
-    share: float
+    fraction: float
 
 
 def neighbours_used(grain_volume: np.ndarray, particle_volume: np.ndarray) -> int:
@@ -110,8 +110,8 @@ def motion(
     level = np.where(some, overlap.mean(held, velocity[overlap.particle]), fitted)
     step = np.where(some, overlap.mean(held, np.einsum("sa,sab->sb", overlap.arm, own[overlap.particle])), 0.0)
     room = energy - turning - 0.5 * float(np.sum(mass * np.einsum("ij,ij->i", level, level)))
-    share = energy_share(mass, level, step, room)
-    return Motion(level + share * step, spin, own, share)
+    fraction = energy_fraction(mass, level, step, room)
+    return Motion(level + fraction * step, spin, own, fraction)
 
 
 def locally_closed(mass: np.ndarray, tree: cKDTree, wanted: np.ndarray, overlap: Overlap) -> np.ndarray:
@@ -128,8 +128,8 @@ def locally_closed(mass: np.ndarray, tree: cKDTree, wanted: np.ndarray, overlap:
     return np.where(overlap.per_grain > 0.0, closed, mass)
 
 
-def energy_share(mass: np.ndarray, velocity: np.ndarray, step: np.ndarray, room: float) -> float:
-    """The largest share in [0, 1] of ``step`` (n, 3) that may be added to ``velocity`` without adding more than
+def energy_fraction(mass: np.ndarray, velocity: np.ndarray, step: np.ndarray, room: float) -> float:
+    """The largest fraction in [0, 1] of ``step`` (n, 3) that may be added to ``velocity`` without adding more than
     ``room`` [J] of energy."""
     linear = float(np.sum(mass * np.einsum("ij,ij->i", velocity, step)))
     square = 0.5 * float(np.sum(mass * np.einsum("ij,ij->i", step, step)))

@@ -27,31 +27,31 @@ _SOFTENED, _STIFF = 2.0, 90.0
 
 @dataclass(frozen=True)
 class Overlaps:
-    """Every overlapping contact (c,): ``depth`` [m], ``share`` = depth over the smaller radius, ``stiffness`` [N/m],
-    ``mass`` [kg] and ``radius`` [m] of the lighter and of the smaller grain, ``place`` (c, 3) [m]; ``grains`` were
-    looked at."""
+    """Every overlapping contact (c,): ``depth`` [m], ``relative_depth`` = depth over the smaller radius, ``stiffness``
+    [N/m], ``mass`` [kg] and ``radius`` [m] of the lighter and of the smaller grain, ``position`` (c, 3) [m];
+    ``grains`` were looked at."""
 
     depth: np.ndarray
-    share: np.ndarray
+    relative_depth: np.ndarray
     stiffness: np.ndarray
     mass: np.ndarray
     radius: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     grains: int
 
     def beyond(self, carried: Callable[[np.ndarray], np.ndarray]) -> Overlaps:
-        """The excess over the overlap r^2 P / k at which a contact carries the pressure P = ``carried(place)`` [Pa] of
-        the undisturbed body."""
-        excess = self.depth - carried(self.place) * self.radius**2 / self.stiffness
+        """The excess over the overlap r^2 P / k at which a contact carries the pressure P = ``carried(position)`` [Pa]
+        of the undisturbed body."""
+        excess = self.depth - carried(self.position) * self.radius**2 / self.stiffness
         some = excess > 0.0
-        share = excess[some] / self.radius[some]
+        relative_depth = excess[some] / self.radius[some]
         return Overlaps(
             excess[some],
-            share,
+            relative_depth,
             self.stiffness[some],
             self.mass[some],
             self.radius[some],
-            self.place[some],
+            self.position[some],
             self.grains,
         )
 
@@ -63,7 +63,7 @@ class Overlaps:
     @property
     def largest(self) -> float:
         """Largest depth over the smaller radius."""
-        return float(self.share.max(initial=0.0))
+        return float(self.relative_depth.max(initial=0.0))
 
     @property
     def release_speed(self) -> np.ndarray:
@@ -71,8 +71,8 @@ class Overlaps:
         return self.depth * np.sqrt(self.stiffness / self.mass)
 
     def percentile(self, percent: float) -> float:
-        """Percentile of the share over all overlapping contacts; zero without one."""
-        return float(np.percentile(self.share, percent)) if len(self.share) else 0.0
+        """Percentile of the fraction over all overlapping contacts; zero without one."""
+        return float(np.percentile(self.relative_depth, percent)) if len(self.relative_depth) else 0.0
 
     def step(self, overlap: float, steps: int) -> float:
         """The longest step [s] that still takes every contact apart at its release speed within ``overlap`` radii;
@@ -101,10 +101,12 @@ def measure(grains: Particles, domain: Domain | None = None) -> Overlaps:
         into = radius - domain.wall_depth(grains.position)
         hit = np.flatnonzero((into > 0.0) & (into < 2.0 * radius))
         parts.append((into[hit], k[hit], mass[hit], radius[hit], grains.position[hit]))
-    depth, stiffness, lighter, smaller, place = (np.concatenate(columns) for columns in zip(*parts))
+    depth, stiffness, lighter, smaller, position = (np.concatenate(columns) for columns in zip(*parts))
     some = depth > 0.0
-    share = depth[some] / smaller[some]
-    return Overlaps(depth[some], share, stiffness[some], lighter[some], smaller[some], place[some], len(grains))
+    relative_depth = depth[some] / smaller[some]
+    return Overlaps(
+        depth[some], relative_depth, stiffness[some], lighter[some], smaller[some], position[some], len(grains)
+    )
 
 
 def pairs(position: np.ndarray, radius: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -34,8 +34,8 @@ from matter.wording import readable
 
 _COLUMNS = 2500
 _WIDEST = 0.9
-# matter slower than this share of the speed limit rests; resting above the headroom it may make up this share of the
-# mass over the bed
+# matter slower than this fraction of the speed limit rests; resting above the headroom it may make up this fraction of
+# the mass over the bed
 _RESTING, _STANDING = 0.2, 2e-3
 
 
@@ -58,9 +58,9 @@ def hand_over(
     split, shape, corners = cloud_surface.classify(source, region, column, rules)
     inner, beyond, tree = _compact(source, split, region)
     carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
-    compact, stays, volume = inner.places, carving.stays, carving.volume
+    compact, stays, volume = inner.indices, carving.stays, carving.volume
     density = cloud_surface.counted_density(source)
-    held, volume_of = source.mass[compact] * inner.share, source.mass[compact] / density[compact]
+    held, volume_of = source.mass[compact] * inner.fraction, source.mass[compact] / density[compact]
     motion = region.flow(source.position[compact], source.velocity[compact])
 
     kept = np.flatnonzero(stays)
@@ -78,7 +78,7 @@ def hand_over(
     flying = ejected.from_source(source, ejecta, carved, packing, region, column, until, rules)
     before, outside = _sums(source, inner, beyond, ejecta, region)
     airborne = _of(region, flying.mass, flying.position, flying.velocity)
-    place, radius = bed.position[kept], carved.radius
+    position, radius = bed.position[kept], carved.radius
     scale = (before.mass - airborne.mass) / raw_mass.sum()
     energy = before.kinetic - airborne.kinetic
     turns = isinstance(region, WholeBody)
@@ -94,8 +94,8 @@ def hand_over(
         )
     moving = held, motion, taken.own_gradient
     fields = compare_clouds.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
-    velocity, spin = region.inertial(place, velocity, taken.spin)
-    raw = _of(region, raw_mass, place, velocity, radius, spin) + airborne
+    velocity, spin = region.inertial(position, velocity, taken.spin)
+    raw = _of(region, raw_mass, position, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
     moved, regional = velocity.copy(), np.zeros_like(velocity)
@@ -103,29 +103,29 @@ def hand_over(
         regional = _regional(fields, scale, grid.grains, rules.region * grain_size.at_impact(bed))
         moved += regional
     for _ in range(2):  # the second pass takes away the rounding of the first
-        now = _of(region, mass, place, moved, radius, spin) + airborne
-        moved += closing.closing_field(mass, place, before.momentum - now.momentum, before.angular - now.angular)
-    after = _of(region, mass, place, moved, radius, spin) + airborne
+        now = _of(region, mass, position, moved, radius, spin) + airborne
+        moved += closing.closing_field(mass, position, before.momentum - now.momentum, before.angular - now.angular)
+    after = _of(region, mass, position, moved, radius, spin) + airborne
     start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region)
     grain_provenance.give(
         start, source, region, grain_provenance.taken(source, compact, held, grid, near, flying.source)
     )
     change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
-    mapped = Mapped(taken.own_gradient, taken.share, fields, change, regional, scale, plain)
+    mapped = Mapped(taken.own_gradient, taken.fraction, fields, change, regional, scale, plain)
     sums = Balance(before, outside, raw, after)
-    flowing = region.flow(place, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
-    energies = (energy, closing.sums(mass, place, *flowing).kinetic) if turns else None
+    flowing = region.flow(position, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
+    energies = (energy, closing.sums(mass, position, *flowing).kinetic) if turns else None
     return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies)
 
 
-def _of(region: domain.Domain, mass, place, velocity, radius=None, spin=None) -> closing.Sums:
-    return closing.sums(mass, place, velocity, radius, spin, region.pace(place, velocity))
+def _of(region: domain.Domain, mass, position, velocity, radius=None, spin=None) -> closing.Sums:
+    return closing.sums(mass, position, velocity, radius, spin, region.pace(position, velocity))
 
 
 def _compact(
     source: Particles, split: cloud_surface.Split, region: domain.Domain
 ) -> tuple[Compact, np.ndarray, cKDTree]:
-    """The compact matter of the source between the floor and the top of the domain, the places in the source of that
+    """The compact matter of the source between the floor and the top of the domain, the indices in the source of that
     beyond them, and a tree of the former."""
     everything = np.flatnonzero(split.compact)
     # matter beyond the floor (the core) is another body to the grains: they slide on it and take nothing from it
@@ -134,10 +134,12 @@ def _compact(
     if len(compact) < mapping.LEAST_NEIGHBOURS:
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
     tree, numbers = cKDTree(source.position[compact]), np.arange(len(compact))
-    share, centre = cloud_surface.share_inside(source.position[compact], split.spacing[compact], region, tree, numbers)
-    if not np.any(share > 0.0):
+    fraction, centre = cloud_surface.fraction_inside(
+        source.position[compact], split.spacing[compact], region, tree, numbers
+    )
+    if not np.any(fraction > 0.0):
         raise InputError("no compact material of the source lies inside the bed's domain: do they share a frame?")
-    return Compact(compact, share, centre), beyond, tree
+    return Compact(compact, fraction, centre), beyond, tree
 
 
 def _carving(
@@ -150,19 +152,25 @@ def _carving(
     tree,
 ) -> Carving:
     """The solid below the surface and what it leaves of the bed; ``classified`` as from ``surface.classify``, ``tree``
-    of the places ``inner``."""
+    of the indices ``inner``."""
     split, shape, corners = classified
-    volume_of = source.mass[inner.places] / cloud_surface.counted_density(source)[inner.places]
-    part = float(np.sum(inner.share * volume_of)) / region.volume
+    volume_of = source.mass[inner.indices] / cloud_surface.counted_density(source)[inner.indices]
+    part = float(np.sum(inner.fraction * volume_of)) / region.volume
     coarse, grains = 2.0 * grain_size.at_impact(bed), cKDTree(bed.position)
     solid, factor = offset.by_one_factor(
         shape, split.spacing[corners], offset.even_points(region), part, rules, coarse
     )
     alike = float(np.sum((bed.radius / grain_size.at_impact(bed)) ** 3))
-    points = carve.points(region, tree, grains, alike)
+    points = carve.even_samples(region, tree, grains, alike)
     if rules.offset == "auto":
-        solid = offset.place_by_place(
-            solid, split.spacing[corners], tree.data, inner.share * volume_of, points.position, points.particle, region
+        solid = offset.point_by_point(
+            solid,
+            split.spacing[corners],
+            tree.data,
+            inner.fraction * volume_of,
+            points.position,
+            points.particle,
+            region,
         )
     samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
     stays = carve.keep(bed, solid, region)
@@ -177,9 +185,9 @@ def _sums(
     source: Particles, inner: Compact, beyond: np.ndarray, ejecta: np.ndarray, region: domain.Domain
 ) -> tuple[closing.Sums, closing.Sums]:
     """Mass, momenta and energy of what is handed over (with the ejecta ``ejecta``), and of what stays outside."""
-    m, x, v, compact = source.mass, source.position, source.velocity, inner.places
-    before = _of(region, m[compact] * inner.share, inner.centre, v[compact])
-    outside = _of(region, m[compact] * (1.0 - inner.share), x[compact], v[compact])
+    m, x, v, compact = source.mass, source.position, source.velocity, inner.indices
+    before = _of(region, m[compact] * inner.fraction, inner.centre, v[compact])
+    outside = _of(region, m[compact] * (1.0 - inner.fraction), x[compact], v[compact])
     return before + _of(region, m[ejecta], x[ejecta], v[ejecta]), outside + _of(
         region, m[beyond], x[beyond], v[beyond]
     )
@@ -236,10 +244,10 @@ def _refuse_misfit(
     height = frame.height(source.position)
     over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
-    standing = (height > headroom) & over & resting & (split.reason != cloud_surface.SPARSE)
-    if source.mass[standing].sum() > _STANDING * source.mass[split.compact & over].sum():
+    resting_high = (height > headroom) & over & resting & (split.reason != cloud_surface.SPARSE)
+    if source.mass[resting_high].sum() > _STANDING * source.mass[split.compact & over].sum():
         raise InputError(
-            f"{np.count_nonzero(standing)} particles rest higher than the bed's headroom "
+            f"{np.count_nonzero(resting_high)} particles rest higher than the bed's headroom "
             f"({readable.length(headroom)}): give the bed more headroom"
         )
 
@@ -259,8 +267,10 @@ def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near,
     """Radius over that in the bed (k,) of the ``kept`` grains, by how loose the matter is that each stands for."""
     undisturbed = bed.density[kept] if "density" in bed else None
     reference = cloud_surface.reference_density(source)[compact]
-    share = bulking.packed_share(cloud_surface.counted_density(source)[compact], reference, grid, near, undisturbed)
-    return bulking.radius_factor(share)
+    fraction = bulking.packed_fraction(
+        cloud_surface.counted_density(source)[compact], reference, grid, near, undisturbed
+    )
+    return bulking.radius_factor(fraction)
 
 
 def _start(

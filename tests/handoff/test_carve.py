@@ -80,7 +80,7 @@ def test_a_lattice_bed_recovers_its_cells():
         0.52,
     )
     solid = alpha_shape(points, 1.0, 1.2).offset(0.5)
-    samples = carve.points(region, cKDTree(points), cKDTree(points), len(points)).within(solid)
+    samples = carve.even_samples(region, cKDTree(points), cKDTree(points), len(points)).within(solid)
     assert samples.inside.all()
     stays = np.ones(len(bed), dtype=bool)
     volume = carve.grain_volumes(bed, stays, carve.receivers(bed, stays, samples), samples)
@@ -93,7 +93,7 @@ def test_share_of_particles_at_the_side_is_their_part_inside():
     """A lattice cut by a cylinder: the shares sum to the volume inside, a particle on the face counts half."""
     points = clouds.lattice((9.0, 9.0, 9.0), 1.0)
     region = domain.Cylinder(5.0, -5.0, 0.0, 5.0)
-    share, centre = cloud_surface.share_inside(
+    share, centre = cloud_surface.fraction_inside(
         points, np.ones(len(points)), region, cKDTree(points), np.arange(len(points))
     )
     assert share.sum() == pytest.approx(region.volume, rel=0.02)  # the top counts by centres
@@ -105,7 +105,7 @@ def test_share_of_particles_at_the_side_is_their_part_inside():
 
 def test_domain_points_are_even_and_columns_cover_it():
     cone = domain.Cone(1.0, 2.0, 2.5, 0.6)
-    points = cone.points(np.random.default_rng(1).random((200_000, 3)))
+    points = cone.even_points(np.random.default_rng(1).random((200_000, 3)))
     assert np.all(cone.depth_inside(points) > 0.0)
     inner = np.linalg.norm(points, axis=1) < 1.7
     assert inner.mean() == pytest.approx((1.7**3 - 1.0) / (2.5**3 - 1.0), abs=0.005)
@@ -124,7 +124,7 @@ def test_flat_domains_are_the_beds_own_containers(shape):
     bed = Container(shape, 10.0, -10.0, 2.0)
     region = domain.read({"frame": "plane", "domain": bed.as_attribute()})
     assert region.volume == pytest.approx(bed.volume(-10.0, 2.0), rel=1e-12)
-    points = region.points(np.random.default_rng(1).uniform(size=(20_000, 3)))
+    points = region.even_points(np.random.default_rng(1).uniform(size=(20_000, 3)))
     np.testing.assert_allclose(region.depth_inside(points), bed.depth_inside(points), atol=1e-9)
     assert region.depth_inside(points).min() > -1e-9
     for low, high in ((-10.0, -6.0), (-4.0, 0.0)):
@@ -154,7 +154,7 @@ def test_points_are_split_until_every_particle_owns_some():
     particles = np.r_[coarse, small]
     volume = np.r_[np.full(len(coarse), 729.0 / 4000.0), np.full(len(small), 2.0 / 3.0 * np.pi * 0.8**3 / len(small))]
     tree = cKDTree(particles)
-    before = carve.points(region, tree, tree, tree.n)
+    before = carve.even_samples(region, tree, tree, tree.n)
     after = carve.finer(before, region, tree, tree, volume)
     fine = np.arange(len(coarse), len(particles))
     unowned = [np.isin(fine, samples.particle, invert=True).mean() for samples in (before, after)]

@@ -99,8 +99,8 @@ def test_materials_and_species_follow_the_source(thrown):
     source, _, _, made = thrown
     count, start = int(made.carving.stays.sum()), made.start
     names = start.attributes["materials"]
-    near = cKDTree(source.position[made.compact.places]).query(start.position[:count])[1]
-    expected = [source.attributes["materials"][k] for k in source.material[made.compact.places][near]]
+    near = cKDTree(source.position[made.compact.indices]).query(start.position[:count])[1]
+    expected = [source.attributes["materials"][k] for k in source.material[made.compact.indices][near]]
     assert [names[k] for k in start.material[:count]] == expected
     water = start.material == names.index("water")
     assert np.all(start.species[water] == 1) and np.all(start.species[start.material == names.index("ice")] == 0)

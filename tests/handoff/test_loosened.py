@@ -87,8 +87,8 @@ def test_mass_and_momenta_are_those_of_the_source(handed):
     one, other = made["full_size"], made["shrunk"]
     np.testing.assert_array_equal(one.start.mass, other.start.mass)
     compact = other.compact
-    held = source.mass[compact.places] * compact.share
-    flow = held[:, None] * source.velocity[compact.places]
+    held = source.mass[compact.indices] * compact.fraction
+    flow = held[:, None] * source.velocity[compact.indices]
     start = other.start
     turning = (0.4 * start.mass * start.radius**2)[:, None] * start.angular_velocity
     assert np.linalg.norm(turning.sum(axis=0)) > 0.0
@@ -178,7 +178,9 @@ def test_a_material_that_is_not_known_is_held_against_the_bed(flat_bed, ground):
     np.testing.assert_allclose((start.radius / full)[x < -3.0], FACTOR, rtol=1e-12)
     assert np.all((start.radius / full)[x > 3.0] == 1.0)
     with pytest.raises(InputError, match="material that is not known here"):
-        bulking.packed_share(np.ones(3), np.array([900.0, 0.0, 900.0]), mapping.Overlap, np.zeros(3, dtype=int), None)
+        bulking.packed_fraction(
+            np.ones(3), np.array([900.0, 0.0, 900.0]), mapping.Overlap, np.zeros(3, dtype=int), None
+        )
 
 
 def test_ejecta_are_as_dense_as_packed_matter(flat_bed, ground):

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 from scipy.spatial import cKDTree
 
 from handoff.transfer import carve, compare_clouds, correction, interpolation
-from handoff.transfer.mapping import Overlap, energy_share, locally_closed, neighbours_used
+from handoff.transfer.mapping import Overlap, energy_fraction, locally_closed, neighbours_used
 
 
 def cloud(count=3000, seed=1):
@@ -127,11 +127,11 @@ def test_energy_share_stops_where_the_room_ends():
         return 0.5 * np.sum(mass * np.sum((velocity + part * step) ** 2, axis=1))
 
     for room in (0.5, 5.0):
-        share = energy_share(mass, velocity, step, room)
+        share = energy_fraction(mass, velocity, step, room)
         assert 0.0 < share < 1.0
         assert energy(share) - energy(0.0) == pytest.approx(room, rel=1e-9)
-    assert energy_share(mass, velocity, step, 1e9) == 1.0
-    assert energy_share(mass, velocity, 0.1 * velocity, -1.0) == 0.0
+    assert energy_fraction(mass, velocity, step, 1e9) == 1.0
+    assert energy_fraction(mass, velocity, 0.1 * velocity, -1.0) == 0.0
 
 
 def test_local_sums_are_matched_smoothly():

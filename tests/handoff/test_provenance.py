@@ -99,7 +99,7 @@ def test_the_ledger_says_how_far_the_sums_agree(handed):
     source, made, ledger = handed
     inner = made.compact
     weight = np.zeros(len(source))
-    weight[inner.places] = source.mass[inner.places] * inner.share
+    weight[inner.indices] = source.mass[inner.indices] * inner.fraction
     weight[made.ejecta.source] += source.mass[made.ejecta.source]
     molten = float(weight @ (source.peak_pressure > ICE["molten"]))
     grains = float(made.start.mass @ made.start.melt_fraction.astype(float))
@@ -119,20 +119,20 @@ def test_through_the_cells_nothing_of_a_particle_is_lost(handed, flat_bed):
     source, made, _ = handed
     region = domain.read(flat_bed.attributes)
     values = grain_provenance.of_particles(source, region)
-    held = source.mass[made.compact.places] * made.compact.share
+    held = source.mass[made.compact.indices] * made.compact.fraction
     carving, kept = made.carving, np.flatnonzero(made.carving.stays)
     from scipy.spatial import cKDTree
 
     from handoff.transfer import mapping
 
-    tree = cKDTree(source.position[made.compact.places])
+    tree = cKDTree(source.position[made.compact.indices])
     cells = mapping.Overlap(carving.samples, carving.receiver, tree.data, flat_bed.position, kept)
     near = tree.query(flat_bed.position[kept])[1]
-    took = grain_provenance.taken(source, made.compact.places, held, cells, near, made.ejecta.source)
+    took = grain_provenance.taken(source, made.compact.indices, held, cells, near, made.ejecta.source)
     seen = np.zeros(len(source), dtype=bool)
     seen[took.particle] = True
     inside = np.zeros(len(source))
-    inside[made.compact.places] = held
+    inside[made.compact.indices] = held
     inside[made.ejecta.source] += source.mass[made.ejecta.source]
     # the few particles that own no point are all that is missing
     assert took.mass.sum() == pytest.approx(inside[seen].sum(), rel=1e-12)

@@ -245,8 +245,8 @@ def test_expanded_matter_of_the_floor_is_counted_at_half_its_density(flat_bed, g
     assert np.all(ratio >= cloud_surface.SPARSEST ** (1.0 / 3.0) * (1.0 - 1e-12))
     book = account.ledger_of(handed, source, flat_bed, ground, {})
     assert not book.failures
-    inside = handed.compact.share * source.mass[handed.compact.places]
-    own = source.density[handed.compact.places]
+    inside = handed.compact.fraction * source.mass[handed.compact.indices]
+    own = source.density[handed.compact.indices]
     counted, whole = (
         float(np.sum(inside / np.maximum(own, least * 917.0))) for least in (cloud_surface.SPARSEST, 0.0)
     )

@@ -18,7 +18,7 @@ def carved_once():
     carving, known = transfer._carving, {}
 
     def carved(source, bed, region, rules, classified, inner, tree):
-        mine = [source.position, source.mass, source.density, inner.places, inner.share]
+        mine = [source.position, source.mass, source.density, inner.indices, inner.fraction]
         key = (*(np.asarray(one).tobytes() for one in mine), id(bed), rules.offset)
         if key not in known:
             known[key] = carving(source, bed, region, rules, classified, inner, tree)
@@ -53,13 +53,13 @@ def test_sums_before_the_correction(handed):
 def test_sums_after_the_correction_recomputed_from_the_grains(handed):
     _, _, source, made, _ = handed
     start = made.start
-    inside = made.compact.share * source.mass[made.compact.places]
-    momentum = (inside[:, None] * source.velocity[made.compact.places]).sum(axis=0)
-    angular = np.cross(made.compact.centre, inside[:, None] * source.velocity[made.compact.places]).sum(axis=0)
-    scale = np.sum(inside * np.linalg.norm(source.velocity[made.compact.places], axis=1))
+    inside = made.compact.fraction * source.mass[made.compact.indices]
+    momentum = (inside[:, None] * source.velocity[made.compact.indices]).sum(axis=0)
+    angular = np.cross(made.compact.centre, inside[:, None] * source.velocity[made.compact.indices]).sum(axis=0)
+    scale = np.sum(inside * np.linalg.norm(source.velocity[made.compact.indices], axis=1))
     arm = np.sum(
         inside
-        * np.linalg.norm(source.velocity[made.compact.places], axis=1)
+        * np.linalg.norm(source.velocity[made.compact.indices], axis=1)
         * np.linalg.norm(made.compact.centre, axis=1)
     )
     spin = (0.4 * start.mass * start.radius**2)[:, None] * start.angular_velocity
@@ -166,7 +166,7 @@ def test_peculiar_motion_is_split_off(made_of):
     bulk, peculiar = ledger["kinetic_energy_bulk"]["value"], ledger["kinetic_energy_peculiar"]["value"]
     assert peculiar < 1e-9 * bulk
     fields, rng = made.mapped.fields, np.random.default_rng(4)
-    count = len(made.compact.places)
+    count = len(made.compact.indices)
     noise = rng.normal(size=(count, 3))
     noisy = compare_clouds.Fields(
         fields.samples,

@@ -343,7 +343,7 @@ def test_heights_and_feet_of_a_body_with_edges_or_a_neck(known, within):
 def test_columns_and_samples_cover_the_body_evenly(grains):
     region = domain.read(grains.attributes, BODY)
     whole = region.shape.solid
-    points = region.points(np.random.default_rng(0).random((60_000, 3)))
+    points = region.even_points(np.random.default_rng(0).random((60_000, 3)))
     inside = region.frame.height(points) < 0.0
     assert inside.mean() * region.volume == pytest.approx(whole.volume, rel=0.01)
     corner = whole.vertices[whole.triangles]
