@@ -22,13 +22,13 @@ UNKNOWN = 720.0
 """T [s] where no impact is known: a stage that is used alone, from Python."""
 
 
-def crater_times(given: Mapping[str, Any], share: float) -> float:
-    """``share`` times T [s], from the validated ``target``, ``impact`` and ``densities`` of the settings."""
+def crater_times(given: Mapping[str, Any], factor: float) -> float:
+    """``factor`` times T [s], from the validated ``target``, ``impact`` and ``densities`` of the settings."""
     target, impact = given.get("target"), given.get("impact")
     if target is None or impact is None:
-        return share * UNKNOWN
+        return factor * UNKNOWN
     gravity = at_rest.surface_gravity(target, given.get("densities", {}))
     time = formation_time.of_crater(impact.expected_transient_diameter, gravity)
     if not math.isfinite(time):  # told by the settings' own check: a default raises nothing
-        return share * UNKNOWN
-    return float(f"{share * time:.2g}")
+        return factor * UNKNOWN
+    return float(f"{factor * time:.2g}")

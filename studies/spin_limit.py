@@ -85,7 +85,7 @@ def settling(body: SolidBody, count: int, seed: int, contact: Contact) -> SolidS
     """Grains of random places in the body, about to be packed."""
     one, two = np.random.SeedSequence(seed).spawn(2)
     radius = solid_packing.radii(count, 0.15, body.solid, one)
-    points = solid_packing.points(radius, body.solid, body.distance, two)
+    points = solid_packing.centres(radius, body.solid, body.distance, two)
     return SolidSettling(points, radius, body, contact, 1e-3)
 
 

@@ -37,7 +37,7 @@ class Shells:
         height = (self.edges[None, :] - np.linalg.norm(position, axis=1)[:, None]) / radius[:, None]
         np.clip(height, -1.0, 1.0, out=height)
         below = np.pi / 3.0 * radius[:, None] ** 3 * (2.0 + 3.0 * height - height**3)
-        self.share = sparse.csr_matrix(np.diff(below, axis=1))  # (grains, shells) volume [m^3]
+        self.grain_volume = sparse.csr_matrix(np.diff(below, axis=1))  # (grains, shells) volume [m^3]
 
     def smooth(self, quantity: np.ndarray, window: float) -> np.ndarray:
         """Volume average of a per-volume sum in windows of full width ``window`` about each shell, cut at the ends."""
@@ -63,9 +63,9 @@ def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     d = np.linalg.norm(branch, axis=1)
     r1, r2 = bed.X[first, RADIUS], bed.X[second, RADIUS]
     overlap = r1 + r2 - d
-    k, push = static_contact(bed, first, second, overlap)
+    k, load = static_contact(bed, first, second, overlap)
     ratio = bed.pair_table[bed.kind[first], bed.kind[second], RATIO]
-    force = (push / d)[:, None] * branch - (k * ratio)[:, None] * history[:, SLIP:ROLL]
+    force = (load / d)[:, None] * branch - (k * ratio)[:, None] * history[:, SLIP:ROLL]
     return first, second, force, branch, overlap / np.minimum(r1, r2)
 
 
@@ -95,7 +95,7 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
 
 
 def coordination(bed: Assembly, which: np.ndarray) -> tuple[float, float]:
-    """Mean contacts per grain among ``which`` (mask), rattlers included, and the share of rattlers (fewer than two
+    """Mean contacts per grain among ``which`` (mask), rattlers included, and the fraction of rattlers (fewer than two
     contacts)."""
     first, second, _, _, _ = contact_forces(bed)
     count = np.bincount(first, minlength=len(bed.X)) + np.bincount(second, minlength=len(bed.X))
@@ -177,10 +177,10 @@ def _static_wall_forces(X, k, kind, rows, tables, history, out):
         for w in range(rows.shape[0]):
             d, nx, ny, nz = walls.distance(rows[w], X[i, 0], X[i, 1], X[i, 2])
             if d < X[i, RADIUS]:
-                push, kt = k[i] * (X[i, RADIUS] - d), k[i] * tables[w, kind[i], RATIO]
-                out[w, 0] += push * nx - kt * history[i, w, 0]
-                out[w, 1] += push * ny - kt * history[i, w, 1]
-                out[w, 2] += push * nz - kt * history[i, w, 2]
+                load, kt = k[i] * (X[i, RADIUS] - d), k[i] * tables[w, kind[i], RATIO]
+                out[w, 0] += load * nx - kt * history[i, w, 0]
+                out[w, 1] += load * ny - kt * history[i, w, 1]
+                out[w, 2] += load * nz - kt * history[i, w, 2]
 
 
 def wall_forces(bed: Assembly) -> np.ndarray:

@@ -132,7 +132,7 @@ def whole_body(assembly: Assembly, body: SolidBody, slopes: Slopes, report: dict
     for k, (across, up) in enumerate(((0, 2), (0, 1))):
         _cut_of_body(figure.add_subplot(grid[0, k]), assembly, body, across, up)
     axes = figure.add_subplot(grid[1, :])
-    latitude, longitude = body.latitude_longitude(slopes.place)
+    latitude, longitude = body.latitude_longitude(slopes.position)
     shown = axes.hexbin(longitude, latitude, C=slopes.slope, gridsize=(32, 9), cmap="cividis", linewidths=0.2)
     figure.colorbar(shown, ax=axes, label="slope [deg]")
     axes.set_xlim(-180.0, 180.0)

@@ -98,8 +98,8 @@ class FlatGround:
 
     def pressure(self, height: np.ndarray) -> np.ndarray:
         """Weight of the ground above [Pa]; zero above the surface."""
-        place = np.append(self.profile["height_m"], 0.0)
-        return np.interp(height, place, np.append(self.profile["pressure_Pa"], 0.0), right=0.0)
+        heights = np.append(self.profile["height_m"], 0.0)
+        return np.interp(height, heights, np.append(self.profile["pressure_Pa"], 0.0), right=0.0)
 
 
 def ground_of(path: Path) -> LayeredBody | FlatGround:

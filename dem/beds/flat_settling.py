@@ -27,7 +27,7 @@ from dem.beds.loose_packing import Loose
 from dem.beds.settling import Settling
 from dem.beds.settling_phases import PHASES, Phase
 from dem.contact.gravity import Field
-from dem.contact.rest_springs import REST_SHARE
+from dem.contact.rest_springs import REST_FRACTION
 from dem.contact.settings import Contact
 from dem.grains.assembly import Assembly
 from matter.particles import Particles
@@ -50,7 +50,7 @@ def stiffness(
     """
     x = contact.static_overlap
     moving = 0.0 if speed is None else mass * (speed / (x * radius)) ** 2
-    return np.maximum(pressure * radius / (REST_SHARE * x), moving) * contact.stiffness_factor
+    return np.maximum(pressure * radius / (REST_FRACTION * x), moving) * contact.stiffness_factor
 
 
 class FlatSettling(Settling):

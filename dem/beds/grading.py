@@ -38,7 +38,7 @@ class Grading:
     growth: float
 
     def local(self, position: np.ndarray) -> np.ndarray:
-        """Mean radius (n,) [m] of the grains at these places (n, 3) [m]."""
+        """Mean radius (n,) [m] of the grains at these positions (n, 3) [m]."""
         return self.at(np.linalg.norm(position, axis=1))
 
     def at(self, distance: np.ndarray) -> np.ndarray:
@@ -85,9 +85,9 @@ def _cells(container: Container) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         if high <= low:
             continue
         up = low + (np.arange(_CELLS) + 0.5) * (high - low) / _CELLS
-        place = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
-        place = place[container.depth_inside(place) > 0.0]
-        even = np.full(len(place), container.volume(low, high) / len(place))
-        parts.append((np.linalg.norm(place, axis=1), even, np.full(len(place), low < 0.0)))
+        position = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
+        position = position[container.depth_inside(position) > 0.0]
+        even = np.full(len(position), container.volume(low, high) / len(position))
+        parts.append((np.linalg.norm(position, axis=1), even, np.full(len(position), low < 0.0)))
     distance, volume, below = (np.concatenate(column) for column in zip(*parts))
     return distance, volume, below

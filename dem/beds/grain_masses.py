@@ -35,7 +35,7 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
     else:
         top = min(domain.datum_radius + 3.0 * mean, float(np.percentile(distance, 99.0)))
         shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)
-        phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), 5.0 * mean)
+        phi = shells.smooth(np.asarray(shells.grain_volume.sum(axis=0)).ravel(), 5.0 * mean)
         grain_density = rho / np.interp(distance, shells.middle, phi)
         liquid = np.flatnonzero(
             [contact.species_of(body.materials[k]) == SPECIES.index("ocean") for k in body.layer_of(distance)]

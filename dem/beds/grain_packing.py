@@ -67,7 +67,7 @@ def contained(
     filling: Callable[[np.ndarray], np.ndarray] = lambda points: np.ones(len(points)),
 ) -> tuple[np.ndarray, np.ndarray]:
     """Centres (n, 3) [m] and radii (n,) [m] of random grains in a container of flat ground: each radius uniform within
-    +-``spread`` about the mean of its place, the same volume of grains everywhere, up to ``FRACTION`` in all.
+    +-``spread`` about the mean of its position, the same volume of grains everywhere, up to ``FRACTION`` in all.
 
     Centres are as dense as ``filling`` (n,), at most 1, over r^3 in the whole container. Grains that reach through a
     wall are then moved inwards until they touch it: where a centre begins nearer to the wall than its radius, its
@@ -139,7 +139,7 @@ def _wall_overlaps(X, rows, out):
 
 
 def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: np.ndarray) -> None:
-    """Let the radii among the grains ``which`` (mask) change places by a small step: squeezed grains shrink, loose
+    """Let the radii among the grains ``which`` (mask) be exchanged by a small step: squeezed grains shrink, loose
     ones grow.
 
     A grain's pressure, sum of overlaps / r^2, is compared with the mean of its neighbours'; the radii so asked for are

@@ -114,11 +114,11 @@ class Loose(Generic[D]):
         return self.domain.raised(missing * mean / inner.volume(inner.datum, inner.datum + mean))
 
     def begins_at(self, position: np.ndarray) -> np.ndarray:
-        """How densely the layers of these places (n, 3) begin, over the densest."""
+        """How densely the layers of these positions (n, 3) begin, over the densest."""
         part = begins(self.fraction) / begins(self.fraction).max()
         return np.asarray(part[self.ground.layer_of(self.domain.height(position))])
 
-    def points(self, radius: np.ndarray, raised: D, draw: Draw[D], seed: np.random.SeedSequence) -> np.ndarray:
+    def centres(self, radius: np.ndarray, raised: D, draw: Draw[D], seed: np.random.SeedSequence) -> np.ndarray:
         """Centres (n, 3) in the ``raised`` domain, in each layer as many as it begins with, by a law that draws them
         uniformly."""
         seeds = seed.spawn(2)

@@ -103,7 +103,7 @@ def lie(placed: Placed, axes: tuple[float, float, float] | None, within: float) 
     """
     site = np.array([0.0, 0.0, placed.height])
     points = Shape(placed, axes).points(
-        lambda place: np.maximum(within / 6.0, 0.5 * np.linalg.norm(place - site, axis=1) - 0.5 * within)
+        lambda position: np.maximum(within / 6.0, 0.5 * np.linalg.norm(position - site, axis=1) - 0.5 * within)
     )
     away = np.linalg.norm(points.place - site, axis=1)
     # the far side of a thin body may be as near

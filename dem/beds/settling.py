@@ -1,6 +1,6 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight is switched by the place of a grain (below or above the datum). Masses are set after ``load`` and once more
+Weight is switched by the position of a grain (below or above the datum). Masses are set after ``load`` and once more
 after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
 comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
@@ -81,7 +81,7 @@ class Settling:
         self.free_speed = float("nan")
         self._begin(self.initial_grains(points, radius))
 
-    def place(self, name: str) -> int:
+    def phase_index(self, name: str) -> int:
         """Where a phase stands in the plan (the first of that name)."""
         return next(k for k, phase in enumerate(self.plan) if phase.name == name)
 
@@ -117,7 +117,7 @@ class Settling:
         return self._squared_distance() > self.domain.datum_radius**2
 
     def deep(self) -> np.ndarray:
-        """Which grains lie so far below the datum that their radii may change places under load: at the datum the step
+        """Which grains lie so far below the datum that their radii may be exchanged under load: at the datum the step
         in pressure would sort them by size."""
         deep = self.domain.datum_radius - 2.5 * self.bed.mean_radius
         return self._squared_distance() < deep**2
@@ -136,7 +136,7 @@ class Settling:
         """Grains in the walls and with the laws of the present phase."""
         now = self.plan[self.phase]
         if self.loose:
-            self.domain = self.raised if self.phase < self.place("grip") else self.settled_in  # type: ignore[assignment]
+            self.domain = self.raised if self.phase < self.phase_index("grip") else self.settled_in  # type: ignore[assignment]
         walls: tuple[Wall, ...] = self.domain.walls()
         if now.name in ("pack", "grow"):
             walls = (*walls, self.domain.lid())
@@ -183,19 +183,24 @@ class Settling:
         return np.einsum("ij,ij->i", self.bed.X[:, :3], self.bed.X[:, :3])
 
     def _weigh(self, part: float) -> None:
-        """Set the weights for the present place of the grains."""
+        """Set the weights for the present position of the grains."""
         now, bed = self.plan[self.phase], self.bed
         if now.name in ("pack", "grow"):
             bed.weight[:] = 0.0
             return
         start, end = now.light
         light = max(end, start * (1.0 - 1.5 * part))
-        above = bed.headroom > 0 if self.phase >= self.place("grip") else self.above()
+        above = bed.headroom > 0 if self.phase >= self.phase_index("grip") else self.above()
         bed.weight[:] = np.where(above, light, 1.0)
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""
-        now, rest, free, lay = self.plan[self.phase], self.place("rest"), self.place("free"), self.place("lay")
+        now, rest, free, lay = (
+            self.plan[self.phase],
+            self.phase_index("rest"),
+            self.phase_index("free"),
+            self.phase_index("lay"),
+        )
         bed = self.bed
         if self.phase == lay:
             return False
@@ -228,7 +233,7 @@ class Settling:
             grains = self.matched(grains, bed)
         if self.plan[self.phase].name == "grow":
             grains = self._grown(grains)
-        if self.phase == self.place("grip"):
+        if self.phase == self.phase_index("grip"):
             grains = self._take_headroom(grains)
         if self.phase == lay:
             assert self.rested is not None
@@ -268,10 +273,10 @@ class Settling:
         grains = self.bed.particles({"time": 0.0}, tables=False)
         rested = self.rested
         assert rested is not None
-        place = np.searchsorted(grains.identity, rested.identity)
+        index = np.searchsorted(grains.identity, rested.identity)
         for name in ("velocity", "angular_velocity"):
             values = np.zeros_like(grains[name])
-            values[place] = rested[name]
+            values[index] = rested[name]
             grains[name] = values
         grains.tables.update(rested.tables)
         bed = Assembly(grains, self.contact, self.domain.walls(), self.gravity, threads=threads_for(len(grains)))

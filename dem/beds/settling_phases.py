@@ -3,7 +3,7 @@
 ======= ======== ========== ======================= ===================================================================
 phase   friction steering   weight above the datum  purpose
 ======= ======== ========== ======================= ===================================================================
-pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii change places)
+pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii are exchanged)
 load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it
                                                     without load
 trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks

@@ -58,12 +58,12 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
     if settings.packing == "loose":
         fraction = friction_angle.measure(settings.contact)["fraction"]
         radius, sinks = solid_packing.loosely(radius, body.solid, fraction)
-    points = solid_packing.points(radius, body.solid, body.distance, seeds[1])
+    points = solid_packing.centres(radius, body.solid, body.distance, seeds[1])
     work = SolidSettling(
         points, radius, body, settings.contact, settings.residual_speed, settings.pull_interval, sinks
     )
     bed, facts = finish(work, out)
-    slope = slopes.of(body, bed.mean_radius)
+    slope = slopes.surface_slopes(body, bed.mean_radius)
     report = report_of(bed, work, settings, slope) | facts
 
     def picture(path: Path) -> None:
@@ -72,10 +72,10 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
         bed_pictures.whole_body(bed, body, slope, report, path)
 
     def where() -> str:
-        place = report["moved_most"]
+        most = report["moved_most"]
         return (
-            f"; moved most: {place['radii']:.3g} radii at latitude {place['latitude_deg']:.3g} deg, longitude "
-            f"{place['longitude_deg']:.3g} deg. {report['slopes_in_words']}"
+            f"; moved most: {most['radii']:.3g} radii at latitude {most['latitude_deg']:.3g} deg, longitude "
+            f"{most['longitude_deg']:.3g} deg. {report['slopes_in_words']}"
         )
 
     bed_files.leave(
@@ -100,15 +100,15 @@ def axes_of_inertia(mass: np.ndarray, position: np.ndarray) -> np.ndarray:
 
 def in_words(slope: dict[str, Any]) -> str:
     """What the slopes say of the shape, in a sentence."""
-    place = (
+    where = (
         f"{slope['largest_deg']:.3g} deg at latitude {slope['largest_at_latitude_deg']:.3g} deg, longitude "
         f"{slope['largest_at_longitude_deg']:.3g} deg"
     )
-    share, angle = slope["share_above_friction_angle"], slope["friction_angle_deg"]
-    if share == 0.0:
-        return f"No slope of the body is steeper than its grains' {angle:.3g} deg; the steepest: {place}."
+    fraction, angle = slope["share_above_friction_angle"], slope["friction_angle_deg"]
+    if fraction == 0.0:
+        return f"No slope of the body is steeper than its grains' {angle:.3g} deg; the steepest: {where}."
     return (
-        f"{share:.2g} of the body's surface is steeper than its grains' {angle:.3g} deg (the steepest: {place}): "
+        f"{fraction:.2g} of the body's surface is steeper than its grains' {angle:.3g} deg (the steepest: {where}): "
         f"there friction alone does not hold it."
     )
 

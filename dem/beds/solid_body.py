@@ -50,7 +50,7 @@ def _distance(solid: Solid) -> Distance:
 @dataclass(frozen=True, eq=False)
 class SolidBody:
     """``placed`` surface; ``mass`` [kg]; ``material``; ``omega`` (3,) [1/s] of its rotation; ``companion``: the
-    companion's mass [kg], place (3,) [m] and axis (3,) of its circle, or None."""
+    companion's mass [kg], position (3,) [m] and axis (3,) of its circle, or None."""
 
     placed: Placed
     mass: float
@@ -118,17 +118,17 @@ class SolidBody:
         """g [m/s^2] of the ball of the same mass and volume at its surface."""
         return G * self.mass / self.solid.radius**2
 
-    def felt(self, place: np.ndarray, attraction: np.ndarray) -> np.ndarray:
-        """Acceleration (n, 3) [m/s^2] of what rests on the turning body at ``place`` (n, 3) [m], under an
+    def felt(self, position: np.ndarray, attraction: np.ndarray) -> np.ndarray:
+        """Acceleration (n, 3) [m/s^2] of what rests on the turning body at ``position`` (n, 3) [m], under an
         ``attraction`` (n, 3) of it: with the centrifugal part and the companion's tide,
 
             a = g - omega x (omega x x) + G M ((d - x) / |d - x|^3 - d / |d|^3)
         """
-        a = attraction + np.linalg.norm(self.omega) ** 2 * place
-        a -= np.outer(place @ self.omega, self.omega)
+        a = attraction + np.linalg.norm(self.omega) ** 2 * position
+        a -= np.outer(position @ self.omega, self.omega)
         if self.companion is not None:
             mass, d, _ = self.companion
-            way = d - place
+            way = d - position
             a += G * mass * (way / np.linalg.norm(way, axis=1)[:, None] ** 3 - d / np.linalg.norm(d) ** 3)
         return np.asarray(a)
 
@@ -147,9 +147,9 @@ class SolidBody:
         moment of the impact) or in the inertial one."""
         if self.companion is None:
             return None
-        mass, place, axis = self.companion
-        n = tide.rate(mass, self.mass, float(np.linalg.norm(place)))
-        return Tide(mass, place, np.zeros(3) if turning else n * axis)
+        mass, position, axis = self.companion
+        n = tide.rate(mass, self.mass, float(np.linalg.norm(position)))
+        return Tide(mass, position, np.zeros(3) if turning else n * axis)
 
     @property
     def hill_radius(self) -> float:
@@ -161,7 +161,7 @@ class SolidBody:
         return float(np.linalg.norm(self.companion[1])) * math.cbrt(self.mass / (3.0 * self.companion[0]))
 
     def latitude_longitude(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Planetocentric latitude and longitude [deg] of places (n, 3), in the body's own frame."""
+        """Planetocentric latitude and longitude [deg] of positions (n, 3), in the body's own frame."""
         own = position @ self.placed.turn
         r = np.maximum(np.linalg.norm(own, axis=1), 1e-300)
         return np.degrees(np.arcsin(own[:, 2] / r)), np.degrees(np.arctan2(own[:, 1], own[:, 0]))

@@ -47,10 +47,10 @@ def radii(count: int, spread: float, solid: Solid, seed: np.random.SeedSequence)
     area = 0.5 * float(
         np.linalg.norm(np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0]), axis=1).sum()
     )
-    volume, share = solid.volume, FRACTION
+    volume, fraction = solid.volume, FRACTION
     for _ in range(20):
-        scale = (share * volume / (4.0 / 3.0 * math.pi * float(np.sum(shape**3)))) ** (1.0 / 3.0)
-        share = FRACTION * max(0.3, 1.0 - AT_SURFACE * scale * area / volume)
+        scale = (fraction * volume / (4.0 / 3.0 * math.pi * float(np.sum(shape**3)))) ** (1.0 / 3.0)
+        fraction = FRACTION * max(0.3, 1.0 - AT_SURFACE * scale * area / volume)
     return np.asarray(scale * shape)
 
 
@@ -61,24 +61,24 @@ def loosely(radius: np.ndarray, solid: Solid, fraction: float) -> tuple[np.ndarr
     return (1.0 + SINKS) * (fraction / JAMMED) ** (1.0 / 3.0) * radius, sinks
 
 
-def points(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random.SeedSequence) -> np.ndarray:
+def centres(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random.SeedSequence) -> np.ndarray:
     """Centres (n, 3) uniform over the part of the body that each grain can reach; those that find none lie anywhere
     inside."""
     rng = np.random.default_rng(seed)
     low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
-    place, todo = np.empty((len(radius), 3)), np.arange(len(radius))
+    position, todo = np.empty((len(radius), 3)), np.arange(len(radius))
     stand = PROUD * float(radius.mean())
     for trial in range(1000):
         if not len(todo):
             break
-        place[todo] = low + (high - low) * rng.random((len(todo), 3))
+        position[todo] = low + (high - low) * rng.random((len(todo), 3))
         least = radius[todo] - stand if trial < 900 else 0.0
-        todo = todo[distance.at(place[todo])[0] < least]
-    return place
+        todo = todo[distance.at(position[todo])[0] < least]
+    return position
 
 
 def bulk_fraction(position: np.ndarray, radius: np.ndarray, distance: Distance) -> float:
-    """Share of space that the grains fill from ``BULK_DEPTH`` mean radii below the surface on; nan where none lies
+    """Fraction of space that the grains fill from ``BULK_DEPTH`` mean radii below the surface on; nan where none lies
     so deep."""
     inner = distance.at(position)[0] > BULK_DEPTH * float(radius.mean())
     return bed_measures.bulk_fraction_where(position, radius, inner)
@@ -86,7 +86,7 @@ def bulk_fraction(position: np.ndarray, radius: np.ndarray, distance: Distance) 
 
 @dataclass(frozen=True)
 class Inside:
-    """The push of the body's surface on grains that would leave it (``dem.grains.held_pull.Outer``); they
+    """The push of the body's surface on grains that would leave it (``dem.grains.cached_gravity.Outer``); they
     may ``stand`` [m] out of it."""
 
     distance: Distance
@@ -96,8 +96,8 @@ class Inside:
         """Add its acceleration to ``pull`` (moving grains, 3)."""
         k = slice(0, bed.moving)
         depth, inwards = self.distance.at(bed.X[k, :3])
-        push = bed.V[k, STIFFNESS] / bed.V[k, MASS] * np.maximum(bed.X[k, RADIUS] - self.stand - depth, 0.0)
-        pull += push[:, None] * inwards
+        repulsion = bed.V[k, STIFFNESS] / bed.V[k, MASS] * np.maximum(bed.X[k, RADIUS] - self.stand - depth, 0.0)
+        pull += repulsion[:, None] * inwards
 
     def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """1/2 sum k (r - depth)^2 [J]."""

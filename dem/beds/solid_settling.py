@@ -34,9 +34,9 @@ from dem.beds.solid_body import SolidBody
 from dem.contact.columns import MASS, RADIUS, STIFFNESS
 from dem.contact.gravity import Field
 from dem.contact.settings import OCEAN, Contact
-from dem.grains import held_pull, turning_frame
+from dem.grains import cached_gravity, turning_frame
 from dem.grains.assembly import Assembly, Extras
-from dem.grains.held_pull import Outer
+from dem.grains.cached_gravity import Outer
 from dem.grains.self_gravity import SelfGravity
 from matter.particles import Particles
 
@@ -130,13 +130,13 @@ class SolidSettling(Settling):
             self.fire.step()
         else:
             self.bed.step()
-            self.most_removed = max(self.most_removed, float(self.bed.pull_state[held_pull.WORST]))
+            self.most_removed = max(self.most_removed, float(self.bed.pull_state[cached_gravity.WORST]))
         self.done += 1
         self.total += 1
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the body is at rest or has been given up."""
-        now, rest, free = self.plan[self.phase], self.place("rest"), self.place("free")
+        now, rest, free = self.plan[self.phase], self.phase_index("rest"), self.phase_index("free")
         grains = self.bed.particles({"time": 0.0})
         if now.name == "free":
             moving = self.moving(self.bed)
@@ -177,16 +177,16 @@ class SolidSettling(Settling):
     def moved(self, bed: Assembly) -> np.ndarray:
         """How far each grain has come (n,) [m] since the body's surface let go, in the present order."""
         assert self.aside is not None
-        place = np.empty_like(self.aside.position)
-        place[self.aside.identity] = self.aside.position
-        return np.asarray(np.linalg.norm(bed.X[:, :3] - place[bed.identity], axis=1))
+        position = np.empty_like(self.aside.position)
+        position[self.aside.identity] = self.aside.position
+        return np.asarray(np.linalg.norm(bed.X[:, :3] - position[bed.identity], axis=1))
 
     def moving(self, bed: Assembly) -> dict[str, float]:
         """Rms and largest speed against the rotation of the body as a whole, over sqrt(g r)."""
         k = slice(0, bed.moving)
         m, x, v = bed.mass[k], bed.X[k, :3], bed.W[k, :3]
         centre, drift = m @ x / m.sum(), m @ v / m.sum()
-        rest = v - drift - np.cross(held_pull.angular_velocity(bed), x - centre)
+        rest = v - drift - np.cross(cached_gravity.angular_velocity(bed), x - centre)
         speed, unit = np.linalg.norm(rest, axis=1), math.sqrt(self.surface_gravity() * bed.mean_radius)
         return {"rms": float(np.sqrt(np.mean(speed**2)) / unit), "max": float(speed.max() / unit), "unit_m_s": unit}
 
@@ -224,7 +224,7 @@ class SolidSettling(Settling):
         return self._weighed(points, radius, Particles(fields))
 
     def _weighed(self, position: np.ndarray, radius: np.ndarray, grains: Particles) -> Particles:
-        """The grains with mass, bulk density and stiffness for these places and radii."""
+        """The grains with mass, bulk density and stiffness for these positions and radii."""
         mass, self.correction = solid_masses.matched(position, radius, self.ground)
         fields = dict(grains)
         fields.update(

@@ -50,10 +50,10 @@ docs/results)."""
 GRAIN_STEPS_PER_S = 2.4e6
 """Grain steps per second of one core while settling, lists and measures included (measured on an AVX-512 core: 3.0e6
 at 20,000 grains, 1.9e6 at 100,000)."""
-FLAT_STEPS, FLAT_GROWTH, HEXAGONAL_SHARE = 32_000, 0.5, 0.54
-"""Steps to settle 20,000 grains in flat ground, how they grow with the number, and the share of a hexagonal packing.
-Measured: 24,900 at 20,000 grains in a cylinder; 21,500 at 5,000 and 51,700 at 14,000 in bowls, 27,700 of these in a
-hexagonal packing."""
+FLAT_STEPS, FLAT_GROWTH, HEXAGONAL_FRACTION = 32_000, 0.5, 0.54
+"""Steps to settle 20,000 grains in flat ground, how they grow with the number, and the fraction of a hexagonal
+packing. Measured: 24,900 at 20,000 grains in a cylinder; 21,500 at 5,000 and 51,700 at 14,000 in bowls, 27,700 of
+these in a hexagonal packing."""
 
 BODY_STEPS, BODY_GROWTH = 21_500, 0.36
 """Steps to settle a whole body of 20,000 grains, and how they grow with the number. Measured: 17,870 at 12,000 grains,
@@ -101,7 +101,7 @@ def steps(settings: Settings) -> float:
         return BODY_STEPS * (n / 20_000) ** BODY_GROWTH
     if not target.flat and not expected_grains.hard(settings):
         return STEPS * math.sqrt(n / 20_000)
-    kind = FLAT_STEPS * (HEXAGONAL_SHARE if settings.packing.startswith("hcp") else 1.0)
+    kind = FLAT_STEPS * (HEXAGONAL_FRACTION if settings.packing.startswith("hcp") else 1.0)
     return kind * (n / 20_000) ** FLAT_GROWTH
 
 
@@ -195,7 +195,7 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     if settings.packing == "loose":
         loose = Loose.of_law(body, domain, settings.contact)
         radius = loose.radii(radius)
-        points = loose.points(radius, loose.raised(radius), grain_packing.random_points, seeds[1])
+        points = loose.centres(radius, loose.raised(radius), grain_packing.random_points, seeds[1])
     else:
         points = grain_packing.random_points(radius, domain, seeds[1])
     work = settling.Settling(points, radius, body, domain, settings.contact, settings.residual_speed, loose)
@@ -222,8 +222,8 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
     shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, RADIUS], domain, 0.25 * bed.mean_radius, domain.datum_radius)
     window = 5.0 * bed.mean_radius
     volume = 4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3
-    phi = shells.smooth(np.asarray(shells.share.sum(axis=0)).ravel(), window)
-    density = shells.smooth(shells.share.T @ (bed.mass / volume), window)
+    phi = shells.smooth(np.asarray(shells.grain_volume.sum(axis=0)).ravel(), window)
+    density = shells.smooth(shells.grain_volume.T @ (bed.mass / volume), window)
     wanted = shells.smooth(body.density(shells.middle) * shells.volume, window)
     radial, tangential = bed_measures.radial_stress(bed, shells, window)
     pressure = shells.smooth(body.pressure(shells.middle) * shells.volume, window)

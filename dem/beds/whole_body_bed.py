@@ -70,13 +70,13 @@ class Standing:
 
     def __init__(self, start: Particles):
         order = np.argsort(start.identity)
-        self.identity, self.place = start.identity[order], start.position[order]
+        self.identity, self.position = start.identity[order], start.position[order]
 
     def now(self, bed: GrainList) -> tuple[np.ndarray, np.ndarray]:
         """Centre of mass (3,) of the grains in the contact search (of all that move, where none is), and R (3, 3)."""
         here = bed.state == (ACTIVE if bed.active else BALLISTIC)
         m, x = bed.mass[here], bed.X[here, :3]
-        before = self.place[np.searchsorted(self.identity, bed.identity[here])]
+        before = self.position[np.searchsorted(self.identity, bed.identity[here])]
         centre = m @ x / m.sum()
         u, _, v = np.linalg.svd(np.einsum("i,ij,ik->jk", m, x - centre, before - m @ before / m.sum()))
         u[:, 2] *= np.sign(np.linalg.det(u @ v))

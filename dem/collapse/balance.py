@@ -22,7 +22,7 @@ from dem.contact.columns import (
     WX,
 )
 from dem.grains.assembly import Assembly
-from dem.grains.held_pull import WORK
+from dem.grains.cached_gravity import WORK
 from matter.files import checkpoint
 
 SETTLED = 1e-3

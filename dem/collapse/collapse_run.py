@@ -49,7 +49,7 @@ sqrt(g r) where nothing moves)."""
 ENERGY_LIMIT = 0.01
 """Largest error of the energy balance, over the kinetic energy that the compact grains were handed plus what was
 dissipated (not by ejecta in flight or in scaled contacts, which hold far more). Of what changing springs take up only
-the share of the weight is taken out (``dem.stiffness.change``)."""
+the fraction of the weight is taken out (``dem.stiffness.change``)."""
 LIMITS = {
     "momentum_error": MOMENTUM_LIMIT,
     "angular_momentum_error": MOMENTUM_LIMIT,
@@ -101,7 +101,7 @@ class Collapse:
         if {"plane": FlatGround, "solid": SolidBody}.get(frame, LayeredBody) is not type(body):
             raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
         self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
-        self.standing = Standing(start) if frame == "solid" else None
+        self.tracker = Standing(start) if frame == "solid" else None
         self.domain = whole_body_collapse.with_hill_sphere(self.domain, body)
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor
@@ -134,7 +134,7 @@ class Collapse:
         self.due = Due(*3 * (self.bed.start_time,))
         self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
         self.worst_overlap = 0.0
-        self.begun = whole_body_collapse.leaving_of(self.bed, self.standing, self.carried.get("shot"))
+        self.begun = whole_body_collapse.leaving_of(self.bed, self.tracker, self.carried.get("shot"))
 
     # -- time
 
@@ -168,7 +168,7 @@ class Collapse:
         """Write what falls due at this step: a look at the profile, a row of the history, a snapshot."""
         now, settings = self.bed.time, self.settings
         if now >= self.due.look:
-            self.still.look(surface_profile(self.bed, self.domain, self.standing), self.bed.mean_radius)
+            self.still.look(surface_profile(self.bed, self.domain, self.tracker), self.bed.mean_radius)
             self.due.look += self.still.every
         if now >= self.due.row:
             self.rows.append(self._row())
@@ -304,7 +304,7 @@ class Collapse:
             },
             "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
-            **whole_body_collapse.report(bed, self.standing, self.carried.get("shot"), self.begun),
+            **whole_body_collapse.report(bed, self.tracker, self.carried.get("shot"), self.begun),
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},

@@ -12,10 +12,10 @@ gravity; all others stay in the engine's box with the bed. What leaves the box i
 
 Stop and resume use the engine's own restart files, which hold the contact history. The stage's checkpoint of the same
 step stands beside each. An engine that begins from a restart works out its first forces with the velocities of a full
-step, where one that goes on has those of half a step: LAMMPS is therefore told to begin anew at every restart that it
-writes, and a resumed run on one rank has the same bits. On several ranks the domains are cut anew, and LIGGGHTS'
-restarts do not give back all of its state (1e-6 radii apart after ten steps): such a resume is another run of the same
-collapse.
+step, where one that goes on has those of half a step: LAMMPS is therefore told to restart its integration at every
+restart that it writes, and a resumed run on one rank has the same bits. On several ranks the domains are cut again,
+and LIGGGHTS' restarts do not give back all of its state (1e-6 radii apart after ten steps): such a resume is another
+run of the same collapse.
 """
 
 from __future__ import annotations
@@ -54,8 +54,8 @@ POLL_S = 0.05
 FOLDER, DECK, LOG = "engine", "in.deck", "engine.log"
 LIST_STEPS = 8
 """Steps that a neighbour list should serve; an engine builds one in the time of one or two."""
-_PLACE, _MOTION = slice(1, 4), slice(4, 10)
-"""Columns of a dump (``dem.engines.scene.COLUMNS``): place, velocity and spin; the grain's number before them."""
+_POSITION, _MOTION = slice(1, 4), slice(4, 10)
+"""Columns of a dump (``dem.engines.scene.COLUMNS``): position, velocity and spin; the grain's number before them."""
 _UNKNOWN = tuple(COLUMNS.index(name) for name in ("momentum_error", "angular_momentum_error", "energy_error"))
 
 
@@ -118,7 +118,7 @@ class ExternalCollapse(Collapse):
         bed.X[here, :3], bed.W[here, :3], bed.V[here, :3] = x, v, v
 
     def _skin(self) -> float:
-        """Skin in mean radii: what lets the fastest grain go some steps before the engine builds its list anew."""
+        """Skin in mean radii: what lets the fastest grain go some steps before the engine rebuilds its list."""
         bed = self.bed
         there = (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft)
         fastest = float(np.max(np.linalg.norm(bed.W[there, :3], axis=1)))
@@ -190,7 +190,7 @@ class ExternalCollapse(Collapse):
         seen[at] = True
         keep = bed.state[at] != LEFT  # those are booked, whatever the engine still does with them
         at, table = at[keep], table[keep]
-        bed.X[at, :3], bed.W[at], bed.V[at, :MASS] = table[:, _PLACE], table[:, _MOTION], table[:, _MOTION]
+        bed.X[at, :3], bed.W[at], bed.V[at, :MASS] = table[:, _POSITION], table[:, _MOTION], table[:, _MOTION]
         self._fly(step - bed.steps)
         bed.steps = step
         self._book_missing(~seen & (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft))
@@ -206,8 +206,8 @@ class ExternalCollapse(Collapse):
                     old.unlink()
 
     def _book_missing(self, missing: np.ndarray) -> None:
-        """Book what the engine no longer holds; a grain that cannot have left by its last known place and speed is an
-        error."""
+        """Book what the engine no longer holds; a grain that cannot have left by its last known position and speed is
+        an error."""
         bed = self.bed
         if not missing.any():
             return

@@ -45,8 +45,8 @@ def look(bed: Assembly, domain: Domain | Container | WholeBody) -> None:
 def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     """(n,) which of ``CHANGES`` each grain is due for, counted from 1; 0 for none."""
     flat = isinstance(domain, Container)
-    place = bed.X[:, :3] - _centre(bed) if isinstance(domain, WholeBody) else bed.X[:, :3]
-    distance = bed.X[:, 2] if flat else np.linalg.norm(place, axis=1)
+    position = bed.X[:, :3] - _centre(bed) if isinstance(domain, WholeBody) else bed.X[:, :3]
+    distance = bed.X[:, 2] if flat else np.linalg.norm(position, axis=1)
     top_level, floor_level = (
         (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
     )
@@ -57,7 +57,7 @@ def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     largest = float(bed.X[:, RADIUS].max())
     top = float(np.max((distance + bed.X[:, RADIUS])[touching], initial=top_level))
     shell = top + 2.0 * largest
-    outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", place, bed.W[:, :3]) > 0.0
+    outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", position, bed.W[:, :3]) > 0.0
     outside = domain.outside(bed.X[:, :3])
     speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
     if isinstance(domain, WholeBody):
@@ -102,24 +102,24 @@ def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarra
     """Mask of the candidates that can be put among the grains of the search: in none of these, nor in a candidate that
     was taken before.
 
-    Two that flew in one place from the start may share it still; springs would throw them apart with an energy that
+    Two that flew at one position from the start may share it still; springs would throw them apart with an energy that
     nothing had given them. One that has sunk below the shell (``above`` false) has no time left: its contacts begin
     unloaded where contacts have offsets (``Assembly.change_states``); elsewhere it may overlap by a tenth of the
     smaller radius.
     """
     from scipy.spatial import cKDTree
 
-    place, radius = bed.X[:, :3], bed.X[:, RADIUS]
+    position, radius = bed.X[:, :3], bed.X[:, RADIUS]
     taken = np.arange(len(bed.X)) < bed.active
-    tree = cKDTree(np.concatenate([place[: bed.active], place[candidates]]))
+    tree = cKDTree(np.concatenate([position[: bed.active], position[candidates]]))
     index = np.concatenate([np.arange(bed.active), candidates])
     largest = float(radius.max())
     late = np.inf if bed.scheme.offset else 0.1
     mask = np.zeros(len(bed.X), dtype=bool)
     for i in candidates:
-        near = index[tree.query_ball_point(place[i], radius[i] + largest)]
+        near = index[tree.query_ball_point(position[i], radius[i] + largest)]
         near = near[taken[near] & (near != i)]
-        overlap = radius[near] + radius[i] - np.linalg.norm(place[near] - place[i], axis=1)
+        overlap = radius[near] + radius[i] - np.linalg.norm(position[near] - position[i], axis=1)
         allowed = 0.0 if above[i] else late
         mask[i] = taken[i] = not np.any(overlap > allowed * np.minimum(radius[near], radius[i]))
     return mask

@@ -7,7 +7,7 @@ the velocity of j's surface at the contact relative to i's, m = m_i m_j / (m_i +
 
     J_n = (1 + e_n) m |u_n|,   J_t = min(mu J_n, 2/7 m |u_t|).
 
-The new velocities count from the contact at t on, so the places now become x + (v_old - v_new) t: momentum, angular
+The new velocities count from the contact at t on, so the positions now become x + (v_old - v_new) t: momentum, angular
 momentum and potential energy are kept exactly, and what is lost is booked with the contacts (and by itself in
 ``lost_in_flight``). Pairs that overlap already collide at once when they approach. A grain collides once per look;
 looks come every few steps.
@@ -99,15 +99,15 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
                     if closing >= 0.0:
                         continue
                     touch = X[i, RADIUS] + X[j, RADIUS]
-                    apart = x * x + y * y + z * z - touch * touch
-                    if apart <= 0.0:
+                    gap = x * x + y * y + z * z - touch * touch
+                    if gap <= 0.0:
                         pairs.append((float(i), float(j), 0.0))
                         continue
                     speed2 = u * u + v * v + w * w
-                    root = closing * closing - speed2 * apart
+                    root = closing * closing - speed2 * gap
                     if root <= 0.0:
                         continue
-                    time = apart / (-closing + math.sqrt(root))
+                    time = gap / (-closing + math.sqrt(root))
                     if time < dt:
                         pairs.append((float(i), float(j), time))
     out = np.empty((len(pairs), 3))
@@ -129,7 +129,7 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
     done, lost = 0, 0.0
     busy = np.zeros(X.shape[0], np.int8)
     vi, vj, wi, wj = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
-    n, u, push, turn = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
+    n, u, impulse, turn = np.empty(3), np.empty(3), np.empty(3), np.empty(3)
     for c in range(len(first)):
         i, j, t = first[c], second[c], time[c]
         if busy[i] != 0 or busy[j] != 0:
@@ -142,7 +142,7 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
         distance = math.sqrt(_dot(n, n))
         for k in range(3):
             n[k] /= distance
-        # lever arms in the share of the radii, so that they add up to the distance also where the grains overlap
+        # lever arms in the fraction of the radii, so that they add up to the distance also where the grains overlap
         ri, rj = (
             distance * X[i, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]),
             distance * X[j, RADIUS] / (X[i, RADIUS] + X[j, RADIUS]),
@@ -160,19 +160,19 @@ def bounce(first, second, time, X, W, V, kind, restitution, friction):
         normal = (1.0 + restitution[kind[i], kind[j]]) * m * (-un)
         inertia_i, inertia_j = 0.4 * mi * X[i, RADIUS] ** 2, 0.4 * mj * X[j, RADIUS] ** 2
         for k in range(3):
-            push[k] = -normal * n[k]  # on i
+            impulse[k] = -normal * n[k]  # on i
         if slip > 0.0:
             sticks = slip / (1.0 / m + ri * ri / inertia_i + rj * rj / inertia_j)
             rubs = min(friction[kind[i], kind[j]] * normal, sticks) / slip
             for k in range(3):
-                push[k] += rubs * u[k]
+                impulse[k] += rubs * u[k]
         for k in range(3):
             p, q = (k + 1) % 3, (k + 2) % 3
-            turn[k] = n[p] * push[q] - n[q] * push[p]
+            turn[k] = n[p] * impulse[q] - n[q] * impulse[p]
         before = mi * _dot(vi, vi) + mj * _dot(vj, vj) + inertia_i * _dot(wi, wi) + inertia_j * _dot(wj, wj)
         for k in range(3):
-            W[i, k] = vi[k] + push[k] / mi
-            W[j, k] = vj[k] - push[k] / mj
+            W[i, k] = vi[k] + impulse[k] / mi
+            W[j, k] = vj[k] - impulse[k] / mj
             W[i, WX + k] = wi[k] + ri / inertia_i * turn[k]
             W[j, WX + k] = wj[k] + rj / inertia_j * turn[k]
         after = (

@@ -27,7 +27,7 @@ FEWEST = 100
 
 
 def in_ring(position: np.ndarray, domain: Container | Domain, crater_radius: float) -> np.ndarray:
-    """Which of these places (n, 3) lie in the ring, as a mask."""
+    """Which of these positions (n, 3) lie in the ring, as a mask."""
     away, depth = domain.along(position), domain.datum - domain.height(position)
     return np.asarray(
         (away > NEAREST * crater_radius)

@@ -6,9 +6,9 @@ the shock stage (``sph.outcome.escaping``).
     beta = dP . N / (p . N)                                  N normal of the surface at the site
 
 phi is that of all moving grains (by the tree); of a grain that has left the run, and of what the handoff has put into
-its list, that of the body as a point at the origin, at the place where it left. Where the body has a companion, what
-leaves is out of the run from the Hill sphere on (``dem.collapse.flight``) and counts with the velocity that it has
-there: beyond, its momentum is exchanged with the companion. The momentum that is found in the grains that stay is
+its list, that of the body as a point at the origin, at the position where it left. Where the body has a companion,
+what leaves is out of the run from the Hill sphere on (``dem.collapse.flight``) and counts with the velocity that it
+has there: beyond, its momentum is exchanged with the companion. The momentum that is found in the grains that stay is
 given beside it (``beta_of_the_body``): both agree as far as momentum was kept since the impact.
 
 Source: Cheng et al. 2023, Nature 616, 457, eq. 1.
@@ -38,15 +38,15 @@ def gone(bed: Assembly) -> np.ndarray:
     drift = m @ v / m.sum()
     here = np.arange(len(bed.X)) < (bed.active or bed.moving)
     centre = m[here] @ x[here] / max(float(m[here].sum()), 1e-300)
-    place = np.where(k[:, None], x - centre, x)
-    well = G * float(m[here].sum()) / np.maximum(np.linalg.norm(place, axis=1), 1e-300)
+    position = np.where(k[:, None], x - centre, x)
+    well = G * float(m[here].sum()) / np.maximum(np.linalg.norm(position, axis=1), 1e-300)
     if np.count_nonzero(k) > 1:
         well[k] = tree.wells(
             np.ascontiguousarray(x[k]), np.ascontiguousarray(m[k]), SOFTENING * bed.X[k, RADIUS], THETA
         )
     speed = v - drift
     fast = 0.5 * np.einsum("ij,ij->i", speed, speed) > well
-    return np.asarray(fast & (np.einsum("ij,ij->i", speed, place) > 0.0))
+    return np.asarray(fast & (np.einsum("ij,ij->i", speed, position) > 0.0))
 
 
 def report(bed: Assembly, shot: Mapping[str, Any] | None) -> dict[str, Any]:

@@ -1,8 +1,8 @@
 """What matter grains stand for, carried along with them by identity.
 
-The handoff says of each grain which shares of its matter melted, how strongly it was shocked and where it lay before
-the impact (``matter.particles.ORIGINS``). No step changes that: neither the loops nor the checkpoints hold it, and
-every engine's snapshots are given it from the start of the run, which a resumed run reads again.
+The handoff says of each grain which fractions of its matter melted, how strongly it was shocked and where it lay
+before the impact (``matter.particles.ORIGINS``). No step changes that: neither the loops nor the checkpoints hold it,
+and every engine's snapshots are given it from the start of the run, which a resumed run reads again.
 """
 
 from __future__ import annotations

@@ -18,10 +18,10 @@ COLUMN = 2.0
 
 
 def surface_profile(
-    bed: Assembly, domain: Domain | Container | WholeBody, standing: Standing | None = None
+    bed: Assembly, domain: Domain | Container | WholeBody, tracker: Standing | None = None
 ) -> np.ndarray:
     """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty. Of a
-    whole body, which turns, in the frame in which it rests (``standing``).
+    whole body, which turns, in the frame in which it rests (``tracker``).
 
     The surface is the highest touching grain of each column of an equal-area grid (Lambert's projection; on flat
     ground squares), so that grains in flight do not count.
@@ -31,8 +31,8 @@ def surface_profile(
     touching[first] = touching[second] = True
     here = np.flatnonzero(touching & (bed.state == ACTIVE))
     x = bed.X[here]
-    if standing is not None:
-        x = np.column_stack([standing.turned_back(bed)[here], x[:, RADIUS]])
+    if tracker is not None:
+        x = np.column_stack([tracker.turned_back(bed)[here], x[:, RADIUS]])
     size = COLUMN * bed.mean_radius
     if isinstance(domain, Container):
         plan, level, inside = np.ones(len(x)), x[:, 2] + x[:, RADIUS], ~domain.outside(x[:, :3])

@@ -14,9 +14,9 @@ from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
 from dem.beds.whole_body_bed import Standing, WholeBody
 from dem.collapse import leaving
-from dem.grains import held_pull
+from dem.grains import cached_gravity
 from dem.grains.assembly import Assembly
-from dem.grains.held_pull import Outer
+from dem.grains.cached_gravity import Outer
 from dem.grains.self_gravity import SelfGravity
 from dem.settings import Settings
 from matter.errors import InputError
@@ -52,32 +52,32 @@ def with_hill_sphere(domain: Region, body: object) -> Region:
     return domain
 
 
-def leaving_of(bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+def leaving_of(bed: Assembly, tracker: Standing | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
     """What leaves a whole body, as it stands (``dem.collapse.leaving``); nothing of other ground."""
-    return {} if standing is None else leaving.report(bed, shot)
+    return {} if tracker is None else leaving.report(bed, shot)
 
 
 def report(
-    bed: Assembly, standing: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
+    bed: Assembly, tracker: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
 ) -> dict[str, Any]:
     """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
     leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.collapse.leaving``)."""
-    if standing is None:
+    if tracker is None:
         return {}
-    k, escaping = slice(0, bed.active), leaving_of(bed, standing, shot)
+    k, escaping = slice(0, bed.active), leaving_of(bed, tracker, shot)
     if bed.active < 4:  # it has come apart
         return {
-            "pull_removed_over_weight": float(bed.pull_state[held_pull.WORST]),
+            "pull_removed_over_weight": float(bed.pull_state[cached_gravity.WORST]),
             "escaping": escaping,
             "escaping_at_start": begun,
         }
     return {
-        "angular_velocity_1_s": held_pull.angular_velocity(bed).tolist(),
+        "angular_velocity_1_s": cached_gravity.angular_velocity(bed).tolist(),
         "axes_of_inertia_m": axes_of_inertia(bed.mass[k], bed.X[k, :3]).tolist(),
-        "turned": standing.now(bed)[1].tolist(),
+        "turned": tracker.now(bed)[1].tolist(),
         "pull_interval_s": bed.pull_interval,
-        "pull_removed_over_weight": float(bed.pull_state[held_pull.WORST]),
-        "work_of_companion_J": float(bed.pull_state[held_pull.WORK]),
+        "pull_removed_over_weight": float(bed.pull_state[cached_gravity.WORST]),
+        "work_of_companion_J": float(bed.pull_state[cached_gravity.WORK]),
         "escaping": escaping,
         "escaping_at_start": begun,
     }

@@ -1,10 +1,10 @@
-"""Columns of the tables that the loops over grains, contacts and walls read and write. Columns 0 to 2 of places,
+"""Columns of the tables that the loops over grains, contacts and walls read and write. Columns 0 to 2 of positions,
 velocities, forces are x, y, z.
 
 =========== ======================= ===================================================================================
 table       shape                   columns
 =========== ======================= ===================================================================================
-``X``       (n, 4)                  place [m], ``RADIUS`` [m]
+``X``       (n, 4)                  position [m], ``RADIUS`` [m]
 ``V``       (n, 8)                  velocity [m/s] and spin (``WX`` ...) [rad/s] predicted for the full step, ``MASS``
                                     [kg], ``STIFFNESS`` k_n [N/m]
 ``W``       (n, 6)                  velocity and spin

@@ -127,22 +127,22 @@ def edge_of_contact(overlap, un, flag, dt):
 
 
 @law(forceinline=True)
-def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
+def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
     """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the
     ``Springs`` before it.
 
     ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.contact_scheme.Scheme``:
     which laws. With ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
     """
-    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, lean = meeting
+    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, curvature_difference = kinematics
     sx, sy, sz, ax, ay, az, phi, flag, laid = springs
     normal, rescale = scheme.normal, scheme.rescale
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
     k = chosen.stiffness(normal, numbers.normal, overlap, bodies)
     pull = chosen.pull(scheme.cohesion, numbers.cohesion, overlap, bodies)
     bound = chosen.binding_energy(scheme.cohesion, numbers.cohesion, overlap, bodies)
-    share, span, flag = edge_of_contact(overlap, un, flag, dt)
-    root = math.sqrt(k * reduced) * share
+    fraction, span, flag = edge_of_contact(overlap, un, flag, dt)
+    root = math.sqrt(k * reduced) * fraction
     damping = numbers.damping_n * root
     fn = chosen.normal_force(normal, overlap, un, k, damping, tail)
     spent = (chosen.elastic_force(normal, overlap, k) - fn) * un * dt
@@ -160,7 +160,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
         # laid down for
         kept, old = 1.0, 1.0
         if rescale != 0:
-            kept, old = chosen.kept(scheme.tangential, k, laid, rescale), laid / k
+            kept, old = chosen.retained_fraction(scheme.tangential, k, laid, rescale), laid / k
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         if rescale != 0:
             before *= old
@@ -199,7 +199,7 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 # sliding turns the spring of unequal grains too, but the moment works on their spins alone
                 slid = mx * (ny * uz - nz * uy) + my * (nz * ux - nx * uz) + mz * (nx * uy - ny * ux)
-                spent += (mx * rx + my * ry + mz * rz - lean * slid) * dt - (after - before)
+                spent += (mx * rx + my * ry + mz * rz - curvature_difference * slid) * dt - (after - before)
                 stored += after
             if numbers.twisting > 0.0:
                 kq = 2.0 * kt * arm * arm
@@ -225,22 +225,22 @@ def contact(meeting, bodies, numbers, springs, dt, tail, scheme):
             laid = k
     if over_speed > 0.0 and -un > over_speed:
         # twice the step as the time constant: the excess is gone within a few steps, and no step can reverse it
-        push = reduced * (-un - over_speed) / (2.0 * dt)
-        fn += push
-        excess = -push * un * dt
+        correction = reduced * (-un - over_speed) / (2.0 * dt)
+        fn += correction
+        excess = -correction * un * dt
     if pull != 0.0:
         # its jump at the edges of the contact weighs like that of the dashpots
-        fn -= pull * share
+        fn -= pull * fraction
         stored -= bound
     return Response(
         fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid)
     )
 
 
-def reader(arguments: str, place: str, first: int = 0) -> Any:
-    """The compiled ``numbers(arguments)``: the ``Numbers`` that stand at ``place``, a text with the column as ``{}``,
-    from the column ``first`` on."""
-    columns = [place.format(first + column) for column in range(PAIR_COLUMNS)]
+def reader(arguments: str, template: str, first: int = 0) -> Any:
+    """The compiled ``numbers(arguments)``: the ``Numbers`` that stand at ``template``, a text with the column as
+    ``{}``, from the column ``first`` on."""
+    columns = [template.format(first + column) for column in range(PAIR_COLUMNS)]
     families = (f"({''.join(f'{column}, ' for column in columns[part])})" for part in (NORMAL, COHESION))
     text = ", ".join([*columns[DAMPING_N : RATIO + 1], *families])
     lines = [f"def numbers({arguments}):", f"    return Numbers({text})"]
@@ -280,16 +280,16 @@ def at_rest(overlap, radii, stiffness, rows, scheme):
     ``overlap`` (c,) [m], ``radii`` (c, 2) [m], ``stiffness`` (c,) the smaller k_n [N/m], ``rows`` (c, columns) of the
     table of pairs, ``scheme`` a ``dem.contact.contact_scheme.Scheme``.
     """
-    k, push = np.empty(len(overlap)), np.empty(len(overlap))
+    k, normal = np.empty(len(overlap)), np.empty(len(overlap))
     table = rows.reshape((1, len(overlap), PAIR_COLUMNS))
     for c in range(len(overlap)):
         first, second = radii[c, 0], radii[c, 1]
         bodies = Bodies(stiffness[c], 0.0, first * second / (first + second), first, second, 0.0)
         numbers = numbers_of(table, 0, c)
         k[c] = chosen.stiffness(scheme.normal, numbers.normal, max(overlap[c], 0.0), bodies)
-        push[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0, True)
-        push[c] -= chosen.pull(scheme.cohesion, numbers.cohesion, overlap[c], bodies)
-    return k, push
+        normal[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0, True)
+        normal[c] -= chosen.pull(scheme.cohesion, numbers.cohesion, overlap[c], bodies)
+    return k, normal
 
 
 @kernel

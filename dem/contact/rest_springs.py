@@ -1,4 +1,4 @@
-"""Springs that hold the weight of a bed: k_n / r at which its contacts overlap by a small share of what they may.
+"""Springs that hold the weight of a bed: k_n / r at which its contacts overlap by a small fraction of what they may.
 
     k_n = P_floor r / (REST_SHARE x_max),   x_max = ``static_overlap``
 
@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from dem.contact.grain_solid import elastic
 
-REST_SHARE = 0.03
+REST_FRACTION = 0.03
 """Of ``static_overlap``, for k_n at rest: overlaps of 0.001 radii, so that the packing fraction is that of hard grains
 within half a percent."""
 
 
 def modulus(static_overlap: float, floor_pressure: float) -> float:
     """k_n / r [Pa] for a pressure at the floor [Pa]."""
-    return floor_pressure / (REST_SHARE * static_overlap)
+    return floor_pressure / (REST_FRACTION * static_overlap)
 
 
 def softer(static_overlap: float, floor_pressure: float, material_name: str, solid_density: float | None) -> bool:

@@ -203,7 +203,7 @@ class Contact(_Choices):
         """What the kernels are compiled for."""
         kinds = {family.key: self.kind(family) for family in FAMILIES}
         law = self.law(dispatch.TANGENTIAL)
-        rescale = law.rescale(self.choices(law)) if hasattr(law, "kept") else 0
+        rescale = law.rescale(self.choices(law)) if hasattr(law, "retained_fraction") else 0
         return Scheme(**kinds, rescale=rescale)
 
     def species_of(self, name: str) -> int:

@@ -91,7 +91,7 @@ class Wall:
             return [p0, 0.0, 0.0, math.copysign(1.0, a1 - a0), -math.inf, math.inf, 0.0, 0.0]
         length = math.hypot(p1 - p0, a1 - a0)
         if not 0.0 < length < math.inf:
-            raise InputError(f"a wall of revolution needs two different ends at finite places: {self.ends}")
+            raise InputError(f"a wall of revolution needs two different ends at finite positions: {self.ends}")
         return [p0, a0, (p1 - p0) / length, (a1 - a0) / length, 0.0, length, float(self.rims[0]), float(self.rims[1])]
 
 

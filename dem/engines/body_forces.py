@@ -12,10 +12,11 @@ from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Scene
 
 
-def lines(scene: Scene) -> list[str]:
+def force_commands(scene: Scene) -> list[str]:
     """Commands that add gravity and damping to every grain.
 
-    m g(r)/r and the damping rate are held for ``HOLD_STEPS`` steps and then multiply the present place and velocity.
+    m g(r)/r and the damping rate are held for ``HOLD_STEPS`` steps and then multiply the present position and
+    velocity.
     """
     out = []
     pull = scene.gravity.uniform

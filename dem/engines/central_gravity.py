@@ -1,4 +1,4 @@
-"""Central gravity for engines that take forces as formulas of x, y, z: one polynomial in place of the table of
+"""Central gravity for engines that take forces as formulas of x, y, z: one polynomial instead of the table of
 ``dem.contact.gravity``.
 
     a = -q(s) x,   s = |x|^2,   q = g(r) / r = sum_k c_k u^k  with u = (s - s_m) / s_w  between two radii,

@@ -22,7 +22,7 @@ from matter.files import archive
 from matter.formats import lammps_data
 
 MARGIN = 4.0
-"""Grains within this many mean radii of the sphere's contact are looked at; the group is made anew several times per
+"""Grains within this many mean radii of the sphere's contact are looked at; the group is rebuilt several times per
 snapshot."""
 REGROUP = '"group near_core region near_core"'
 
@@ -43,7 +43,7 @@ def write_constants(scene: Scene, wall: Wall, folder: Path) -> None:
         archive.write_text(folder / f"core_{name}.dat", "\n".join(lines) + "\n")
 
 
-def lines(scene: Scene, wall: Wall) -> list[str]:
+def core_commands(scene: Scene, wall: Wall) -> list[str]:
     """Commands of the force."""
     radius = float(scene.grains.radius.mean())
     near = wall.radius + float(scene.grains.radius.max()) + MARGIN * radius

@@ -121,7 +121,8 @@ def flat(wall: Wall) -> bool:
 
 
 def planes(walls: Sequence[Wall]) -> list[tuple[int, str, str, str]]:
-    """Planes along the axes as species, axis, lower and upper place: one fix of the program holds a pair of them."""
+    """Planes along the axes as species, axis, lower and upper position: one fix of the program holds a pair of
+    them."""
     out: list[tuple[int, str, str, str]] = []
     for axis in range(3):
         sides: dict[int, tuple[list[str], list[str]]] = {}
@@ -136,7 +137,7 @@ def planes(walls: Sequence[Wall]) -> list[tuple[int, str, str, str]]:
 
 
 def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
-    """Write the data file (when starting anew) and the deck ``deck`` into ``folder``."""
+    """Write the data file (on a fresh start) and the deck ``deck`` into ``folder``."""
     classes, contact = scene.classes, scene.contact
     reach = scene.reach
     if plan.resume is None:
@@ -176,7 +177,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
                 if (species >= 0) == rough:
                     text = law(wide.wall(contact, a, species), contact.attractive_tail)
                     lines.append(f"fix p{p}c{a} {name}{a} wall/gran granular {text} {axis}plane {low} {high}")
-    lines += body_forces.lines(scene)
+    lines += body_forces.force_commands(scene)
     if plan.integrate:
         lines.append("fix move all nve/sphere")
     if scene.domain is not None:

@@ -97,7 +97,7 @@ def rolling_numbers(scene: Scene) -> set[float]:
 
 
 def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
-    """Write the data file and wall meshes (when starting anew) and the deck ``deck`` into ``folder``."""
+    """Write the data file and wall meshes (on a fresh start) and the deck ``deck`` into ``folder``."""
     reach, count = scene.reach, len(scene.classes)
     total = count + len(scene.walls)
     if plan.resume is None:
@@ -148,10 +148,10 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
 
 
 def _walls(scene: Scene, plan: Plan, folder: Path, model: str, limit: str) -> tuple[list[str], list[str]]:
-    """Lines of the walls, and those of all forces on the bodies; writes the meshes when starting anew."""
+    """Lines of the walls, and those of all forces on the bodies; writes the meshes on a fresh start."""
     reach, count = scene.reach, len(scene.classes)
     lines: list[str] = []
-    meshes, forces = [], body_forces.lines(scene)
+    meshes, forces = [], body_forces.force_commands(scene)
     for w, wall in enumerate(scene.walls):
         where = _primitive(wall, count + w + 1)
         if where is not None:
@@ -160,7 +160,7 @@ def _walls(scene: Scene, plan: Plan, folder: Path, model: str, limit: str) -> tu
         if wall.kind == SPHERE_OUTSIDE:
             if plan.resume is None:
                 core_by_formula.write_constants(scene, wall, folder)
-            forces += core_by_formula.lines(scene, wall)
+            forces += core_by_formula.core_commands(scene, wall)
             continue
         meshes.append(f"mesh{w}")
         if plan.resume is None:

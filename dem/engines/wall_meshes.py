@@ -123,12 +123,12 @@ def _plane(wall: Wall, reach: float) -> tuple[np.ndarray, np.ndarray]:
     k = np.arange(-2 * TILES, 2 * TILES)
     i, j = (index.reshape(-1) for index in np.meshgrid(k, k, indexing="ij"))
     centre = np.asarray(wall.point, dtype=float)
-    place = centre + edge * ((i[:, None] + 0.5) * one + (j[:, None] + 0.5) * two)
-    inside = np.all(np.abs(place) < reach - edge, axis=1) & (place[:, 2] - centre[2] <= wall.top)
+    position = centre + edge * ((i[:, None] + 0.5) * one + (j[:, None] + 0.5) * two)
+    inside = np.all(np.abs(position) < reach - edge, axis=1) & (position[:, 2] - centre[2] <= wall.top)
     i, j = i[inside], j[inside]
     corners = np.stack([np.stack([i + a, j + b], -1) for a, b in ((0, 0), (1, 0), (1, 1), (0, 1))], axis=1)
-    places, at = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
+    positions, at = np.unique(corners.reshape(-1, 2), axis=0, return_inverse=True)
     at = at.reshape(-1, 4)
-    return centre + edge * (places[:, :1] * one + places[:, 1:] * two), np.concatenate(
+    return centre + edge * (positions[:, :1] * one + positions[:, 1:] * two), np.concatenate(
         [at[:, [0, 1, 2]], at[:, [0, 2, 3]]]
     )

@@ -29,7 +29,7 @@ from dem.contact.columns import (
 from dem.contact.contact_scheme import Boundaries, Grains, Listed, Outside, Spill, Step
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact, shortest_contact_time
-from dem.grains import contact_tables, departures, forces, grain_integrator, held_pull
+from dem.grains import cached_gravity, contact_tables, departures, forces, grain_integrator
 from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, GrainList, check
 from dem.grains.self_gravity import SelfGravity
 from matter.errors import InputError, UnphysicalState
@@ -44,11 +44,11 @@ REASONS = ("escaped", "landed_outside", "through_the_side")
 class Extras(NamedTuple):
     """``offset``: contacts can carry an offset (``dem.stiffness.change``: k_n changes in the run, or differs from that
     in which the bed settled); ``self_gravity``: the grains attract each other; ``outer``: what acts on them besides
-    (``dem.grains.held_pull``)."""
+    (``dem.grains.cached_gravity``)."""
 
     offset: bool = False
     self_gravity: SelfGravity | None = None
-    outer: tuple[held_pull.Outer, ...] = ()
+    outer: tuple[cached_gravity.Outer, ...] = ()
 
 
 class Assembly(GrainList):
@@ -91,7 +91,7 @@ class Assembly(GrainList):
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
         self._per_grain = PER_GRAIN + (PULLED if attract else ())
         self.pull_of_all, self.pull_held = (np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED)
-        self.pull_state = np.zeros(held_pull.STATE)
+        self.pull_state = np.zeros(cached_gravity.STATE)
         self.pull_interval = self.self_gravity.time_between(grains.mass, grains.radius) if self.self_gravity else 0.0
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), grain_integrator.kick_loop(self.scheme)
         self.pair_table = contact.pair_table()
@@ -127,7 +127,7 @@ class Assembly(GrainList):
 
     def _begin_forces(self) -> None:
         if self.scheme.attract:
-            held_pull.attract(self, anew=True)
+            cached_gravity.attract(self, renew=True)
         self._forces(initial=True)
 
     def _tables(self, grains: Particles, walls: int) -> None:
@@ -162,7 +162,8 @@ class Assembly(GrainList):
         self._last = np.zeros(c, dtype=np.int64)
 
     def renew(self) -> None:
-        """Sort, list and evaluate anew after places and velocities were set from outside: contacts begin unloaded."""
+        """Sort, list and evaluate again after positions and velocities were set from outside: contacts begin
+        unloaded."""
         nobody = np.zeros(0, dtype=np.int64)
         self._rebuild((nobody, nobody, np.zeros((0, self.scheme.history))))
         self._begin_forces()
@@ -188,7 +189,7 @@ class Assembly(GrainList):
         if 4.0 * max(moved) > self.skin**2:
             self._rebuild()
         if self.scheme.attract:
-            held_pull.attract(self)
+            cached_gravity.attract(self)
         self._forces()
 
     def change_step(self, dt: float) -> None:
@@ -299,7 +300,7 @@ class Assembly(GrainList):
         if state == LEFT:
             tables = self.mass[where], self.X[where], self.W[where], self.F[where]
             departures.book(self.booked[REASONS.index(reason)], *tables, 0.5 * self.dt, self.gravity)
-            self.booked[REASONS.index(reason), ENERGY_GONE] += held_pull.energy_with(self, where)
+            self.booked[REASONS.index(reason), ENERGY_GONE] += cached_gravity.energy_with(self, where)
         if state == BALLISTIC:
             self.returned[where] = 1
         self.state[where] = state

@@ -80,6 +80,6 @@ def take_walls(grains: Particles, identity: np.ndarray, wall_history: np.ndarray
 def _index_of(identity: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Index of each wanted identity, -1 where there is none."""
     order = np.argsort(identity, kind="stable")
-    place = np.minimum(np.searchsorted(identity[order], wanted), len(identity) - 1)
-    index = order[place]
+    found = np.minimum(np.searchsorted(identity[order], wanted), len(identity) - 1)
+    index = order[found]
     return np.where(identity[index] == wanted, index, -1)

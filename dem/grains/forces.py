@@ -45,7 +45,7 @@ from dem.contact.columns import (
 )  # fmt: skip
 from dem.contact.contact import Bodies, Springs, contact, reader, released
 from dem.contact.contact_scheme import Chunk, Grains, Listed, Scheme, Step
-from dem.contact.meeting import Ball, meeting_of_grains
+from dem.contact.kinematics import Ball, grain_kinematics
 from matter.compilation.gather import (
     LANES,
     WIDE,
@@ -66,17 +66,17 @@ REPORT = 8
 # entries of the list are looked through by segments; a block of contacts so found is worked on at once, as columns of
 # a scratch table that stays in the nearest cache
 SEGMENT, BLOCK = 32, 96
-# columns of the scratch: places and radii of both grains (8), V of the first (8) and of the second (8), history (9),
-# pair table, limit on the closing speed; and places and radii of a segment (8)
-_PLACE, _PLACE_TWO, _ONE, _TWO, _HISTORY = 0, 4, 8, 16, 24
+# columns of the scratch: positions and radii of both grains (8), V of the first (8) and of the second (8), history
+# (9), pair table, limit on the closing speed; and positions and radii of a segment (8)
+_POSITION, _POSITION_TWO, _ONE, _TWO, _HISTORY = 0, 4, 8, 16, 24
 _SLIP, _ROLL, _TWIST, _TOUCHING = _HISTORY + SLIP, _HISTORY + ROLL, _HISTORY + TWIST, _HISTORY + TOUCHING
 _EIGHTH = _HISTORY + HISTORY
 _TABLE = _EIGHTH + 1
 _FAST = _TABLE + PAIR_COLUMNS
 _FREE, _FREE_TWO = _FAST + 1, _FAST + 5
 _WIDTH = _FREE + 8
-# and of what comes out, in the place of what went in: force and moment on the first, elastic energy, overlap over the
-# smaller radius; force and moment on the second, dissipated, excess
+# and of what comes out, in the columns of what went in: force and moment on the first, elastic energy, overlap over
+# the smaller radius; force and moment on the second, dissipated, excess
 _ON_ONE, _STORED, _RATIO = 0, 6, 7
 _ON_TWO, _SPENT, _EXCESS = 8, 14, 15
 
@@ -91,21 +91,21 @@ def pair_loop(scheme: Scheme) -> Any:
 
     @kernel(fastmath=True, forceinline=True)
     def apply_laws(count, s, dt, tail):
-        """The laws on ``count`` contacts in the columns of ``s``: places, velocities, histories, tables in; forces,
+        """The laws on ``count`` contacts in the columns of ``s``: positions, velocities, histories, tables in; forces,
         energies, histories out."""
         for k in range(count):
             way = (
-                s[_PLACE_TWO, k] - s[_PLACE, k],
-                s[_PLACE_TWO + 1, k] - s[_PLACE + 1, k],
-                s[_PLACE_TWO + 2, k] - s[_PLACE + 2, k],
+                s[_POSITION_TWO, k] - s[_POSITION, k],
+                s[_POSITION_TWO + 1, k] - s[_POSITION + 1, k],
+                s[_POSITION_TWO + 2, k] - s[_POSITION + 2, k],
             )
-            ri, rj = s[_PLACE + RADIUS, k], s[_PLACE_TWO + RADIUS, k]
+            ri, rj = s[_POSITION + RADIUS, k], s[_POSITION_TWO + RADIUS, k]
             one = Ball(ri, s[_ONE + WX, k], s[_ONE + WY, k], s[_ONE + WZ, k])
             two = Ball(rj, s[_TWO + WX, k], s[_TWO + WY, k], s[_TWO + WZ, k])
             mi, mj = s[_ONE + MASS, k], s[_TWO + MASS, k]
             more = s[_EIGHTH, k] if offset != 0 else 0.0
             velocity = s[_TWO, k] - s[_ONE, k], s[_TWO + 1, k] - s[_ONE + 1, k], s[_TWO + 2, k] - s[_ONE + 2, k]
-            meeting, l1, l2 = meeting_of_grains(way, velocity, one, two, more)
+            kinematics, l1, l2 = grain_kinematics(way, velocity, one, two, more)
             k_n = min(s[_ONE + STIFFNESS, k], s[_TWO + STIFFNESS, k])
             both = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
             reduced, radius = mi * mj * (ri + rj) * both, ri * rj * (mi + mj) * both
@@ -124,9 +124,9 @@ def pair_loop(scheme: Scheme) -> Any:
             limit = s[_FAST, k]
             bodies = Bodies(k_n, reduced, radius, ri, rj, max(limit, 0.0))
             fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(
-                meeting, bodies, numbers, springs, dt, tail, scheme
+                kinematics, bodies, numbers, springs, dt, tail, scheme
             )
-            nx, ny, nz, overlap = meeting.nx, meeting.ny, meeting.nz, meeting.overlap
+            nx, ny, nz, overlap = kinematics.nx, kinematics.ny, kinematics.nz, kinematics.overlap
             tx -= fn * nx
             ty -= fn * ny
             tz -= fn * nz
@@ -168,7 +168,7 @@ def pair_loop(scheme: Scheme) -> Any:
     def pair_forces(chunk, grains, listed, step, spill, report):
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
-        In, as plain tuples: ``Chunk``, ``Grains`` (places, predicted velocities, species, returned), ``Listed``,
+        In, as plain tuples: ``Chunk``, ``Grains`` (positions, predicted velocities, species, returned), ``Listed``,
         ``Step`` of ``dem.contact.contact_scheme``. Out: ``F`` of the chunk's own rows, set here; contributions to
         grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must be zero; histories and
         ``known``; ``report`` (REPORT,). Returns the highest grain index that was written, so that only that part of
@@ -254,7 +254,7 @@ def pair_loop(scheme: Scheme) -> Any:
             for k in range(m, filled):
                 entry[k], one[k], two[k] = entry[m - 1], one[m - 1], two[m - 1]
             for k in range(0, filled, LANES):
-                take_row_pairs(X, one, two, k, s, _PLACE)
+                take_row_pairs(X, one, two, k, s, _POSITION)
                 take_rows(V, one, k, s, _ONE)
                 take_rows(V, two, k, s, _TWO)
                 take_rows(hist, entry, k, s, _HISTORY)

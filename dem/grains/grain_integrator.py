@@ -40,7 +40,7 @@ from dem.contact.columns import (
 from dem.contact.contact import Bodies, Springs, contact, numbers_of, released
 from dem.contact.contact_scheme import Chunk, Grains, Scheme, Step
 from dem.contact.gravity import central
-from dem.contact.meeting import Ball, meeting_with_wall
+from dem.contact.kinematics import Ball, wall_kinematics
 from dem.contact.walls import distance_of
 from matter.compilation.jit import kernel
 
@@ -55,7 +55,7 @@ def drift(chunk, grains, reference, dt, report):
     """First half kick, drift and prediction for the grains of a chunk; returns the largest squared displacement of
     an active grain.
 
-    In: ``Chunk`` and ``Grains`` as plain tuples, places of the last list ``reference`` (n, 3). Out: ``X``,
+    In: ``Chunk`` and ``Grains`` as plain tuples, positions of the last list ``reference`` (n, 3). Out: ``X``,
     ``V``, ``W``; the external impulse in ``report``.
     """
     chunk, grains = Chunk(*chunk), Grains(*grains)
@@ -162,7 +162,7 @@ def kick_loop(scheme: Scheme) -> Any:
                         if offset != 0 and wall_history[i, w, OFFSET] < 0.0 and d >= radius:
                             wall_history[i, w, OFFSET] = 0.0
                         continue
-                    meeting = meeting_with_wall((nx, ny, nz), d, (vx, vy, vz), Ball(radius, wx, wy, wz), touch - d)
+                    kinematics = wall_kinematics((nx, ny, nz), d, (vx, vy, vz), Ball(radius, wx, wy, wz), touch - d)
                     if offset != 0:
                         # deeper at once than it can have come within the step: it sank past the upper edge of the
                         # wall, and begins unloaded
@@ -172,7 +172,7 @@ def kick_loop(scheme: Scheme) -> Any:
                             and not held_by_wall
                             and half > 0.0
                         )
-                        if fresh and touch - d > 2.0 * abs(meeting.un) * dt + 1e-3 * radius:
+                        if fresh and touch - d > 2.0 * abs(kinematics.un) * dt + 1e-3 * radius:
                             wall_history[i, w, OFFSET] = d - touch
                             continue
                     numbers = numbers_of(wall_tables, w, kind[i])
@@ -185,7 +185,7 @@ def kick_loop(scheme: Scheme) -> Any:
                     )  # fmt: skip
                     bodies = Bodies(stiffness, m, radius, radius, 0.0, 0.0)
                     fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
-                        meeting, bodies, numbers, springs, dt, tail, scheme
+                        kinematics, bodies, numbers, springs, dt, tail, scheme
                     )
                     wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1] = h.sx, h.sy
                     wall_history[i, w, SLIP + 2] = h.sz

@@ -83,7 +83,7 @@ def carry(first, second, history, row, col, hist):
     """Put the history of the contacts (first, second) into the new list; the sign of vectors follows the order of the
     pair.
 
-    Returns how many contacts found no place (they have moved apart beyond the skin).
+    Returns how many contacts found no slot (they have moved apart beyond the skin).
     """
     lost = 0
     for c in range(first.shape[0]):
@@ -92,18 +92,18 @@ def carry(first, second, history, row, col, hist):
         if a > b:
             a, b = b, a
             sign = -1.0
-        place = -1
+        slot = -1
         for e in range(row[a], row[a + 1]):
             if col[e] == b:
-                place = e
+                slot = e
                 break
-        if place < 0:
+        if slot < 0:
             lost += 1
             continue
         for k in range(TWIST):
-            hist[place, k] = sign * history[c, k]
+            hist[slot, k] = sign * history[c, k]
         for k in range(TWIST, history.shape[1]):
-            hist[place, k] = history[c, k]
+            hist[slot, k] = history[c, k]
     return lost
 
 

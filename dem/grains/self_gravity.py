@@ -2,11 +2,11 @@
 
     a_i = sum_j G m_j x_ij / |x_ij|^3        (spheres that touch attract each other as points at their centres)
 
-It is renewed every ``interval`` and held meanwhile (``dem.grains.held_pull``). The field of a body changes in the time
-of an orbit at its surface, T = sqrt(3 pi / (G rho)), which is also the shortest period of rotation at which it holds
-together: the default is T / ``SHARE``, in which what orbits goes 0.7 degrees of the way round, and what falls from
-rest comes 8e-5 radii of the body nearer. What flies off at a speed v keeps the pull of where it was: per mass that
-costs up to g v times half the interval of energy, and no momentum.
+It is renewed every ``interval`` and held meanwhile (``dem.grains.cached_gravity``). The field of a body changes in the
+time of an orbit at its surface, T = sqrt(3 pi / (G rho)), which is also the shortest period of rotation at which it
+holds together: the default is T / ``SHARE``, in which what orbits goes 0.7 degrees of the way round, and what falls
+from rest comes 8e-5 radii of the body nearer. What flies off at a speed v keeps the pull of where it was: per mass
+that costs up to g v times half the interval of energy, and no momentum.
 
 For aggregates and small bodies; a bed cut out of a body has that body's field (``dem.contact.gravity``) instead, and
 both together would count the bed's own part twice.
@@ -26,7 +26,7 @@ from matter.geometry import tree
 
 SOFTENING = 0.01
 """Softening over the radius: keeps the sum finite, changes the pull of two touching grains by 1e-4."""
-SHARE = 500.0
+FRACTION = 500.0
 """Evaluations in the time of an orbit at the surface, by default."""
 
 
@@ -56,7 +56,7 @@ class SelfGravity:
         """``interval``, or its default for these grains [s]."""
         if self.interval is not None:
             return self.interval
-        return orbit_time(float(np.sum(mass) / (4.0 / 3.0 * math.pi * np.sum(radius**3)))) / SHARE
+        return orbit_time(float(np.sum(mass) / (4.0 / 3.0 * math.pi * np.sum(radius**3)))) / FRACTION
 
 
 def orbit_time(density: float) -> float:

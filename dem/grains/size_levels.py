@@ -112,25 +112,25 @@ def _across(X, large, grid, skin, count, first, second):
 def _rows(first, second, count, row, col):
     """Row starts and sorted partners of unordered pairs (two stable counting sorts)."""
     n = row.shape[0] - 1
-    place = np.zeros(n + 1, dtype=np.int64)
+    cursor = np.zeros(n + 1, dtype=np.int64)
     for e in range(count):
-        place[second[e] + 1] += 1
+        cursor[second[e] + 1] += 1
     for i in range(n):
-        place[i + 1] += place[i]
+        cursor[i + 1] += cursor[i]
     by_second = np.empty(count, dtype=np.int64)
     for e in range(count):
-        by_second[place[second[e]]] = e
-        place[second[e]] += 1
+        by_second[cursor[second[e]]] = e
+        cursor[second[e]] += 1
     row[:] = 0
     for e in range(count):
         row[first[e] + 1] += 1
     for i in range(n):
         row[i + 1] += row[i]
-    place[:] = row
+    cursor[:] = row
     for k in range(count):
         e = by_second[k]
-        col[place[first[e]]] = second[e]
-        place[first[e]] += 1
+        col[cursor[first[e]]] = second[e]
+        cursor[first[e]] += 1
 
 
 def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray]:

@@ -9,8 +9,8 @@ The net force on what flies and the net torque are booked as outer impulses. A c
     dE/dt = n . T - <g> . p,   T = sum m x x g,
 
 with the momentum p of the grains (zero until something hits the body), which is summed in ``WORK``
-(``dem.grains.held_pull``). The companion itself is not moved by the body: where it is follows from its distance and
-Kepler's law, n^2 = G (M + m) / |d|^3.
+(``dem.grains.cached_gravity``). The companion itself is not moved by the body: where it is follows from its distance
+and Kepler's law, n^2 = G (M + m) / |d|^3.
 
 Source: Murray & Dermott 1999, Solar System Dynamics, section 4.2.
 """
@@ -23,8 +23,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from dem.contact.columns import MASS
+from dem.grains.cached_gravity import WORK
 from dem.grains.grain_list import GrainList
-from dem.grains.held_pull import WORK
 from matter.compilation.jit import kernel
 from matter.constants import G
 from matter.geometry.rotation import rotation
@@ -33,16 +33,16 @@ SOURCES = ("MurrayDermott1999",)
 
 
 @kernel
-def _pull(X, V, body, place, strength, mean, torque, pull):
-    """Add the pull of a point at ``place`` (3,) with G M = ``strength`` to ``pull`` (n, 3); its mean over the mass of
-    the first ``body`` grains is taken out, and left with the torque on all about the origin in ``mean`` and ``torque``
-    (3,)."""
+def _pull(X, V, body, position, strength, mean, torque, pull):
+    """Add the pull of a point at ``position`` (3,) with G M = ``strength`` to ``pull`` (n, 3); its mean over the mass
+    of the first ``body`` grains is taken out, and left with the torque on all about the origin in ``mean`` and
+    ``torque`` (3,)."""
     total = 0.0
     for k in range(3):
         mean[k], torque[k] = 0.0, 0.0
     for turn in range(2):
         for i in range(pull.shape[0]):
-            x, y, z = place[0] - X[i, 0], place[1] - X[i, 1], place[2] - X[i, 2]
+            x, y, z = position[0] - X[i, 0], position[1] - X[i, 1], position[2] - X[i, 2]
             r2 = x * x + y * y + z * z
             q = strength / (r2 * math.sqrt(r2))
             if turn == 0:
@@ -66,12 +66,12 @@ def _pull(X, V, body, place, strength, mean, torque, pull):
 
 @dataclass(frozen=True)
 class Tide:
-    """``mass`` M [kg]; ``place`` d_0 (3,) from the body [m] at the time 0; ``rate`` n (3,) [1/s]: its direction is the
-    axis of the circle. In a frame that turns with the body (``dem.grains.turning_frame``) n is that against the
+    """``mass`` M [kg]; ``position`` d_0 (3,) from the body [m] at the time 0; ``rate`` n (3,) [1/s]: its direction is
+    the axis of the circle. In a frame that turns with the body (``dem.grains.turning_frame``) n is that against the
     body."""
 
     mass: float
-    place: np.ndarray
+    position: np.ndarray
     rate: np.ndarray
 
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
@@ -88,7 +88,7 @@ class Tide:
         return float(-G * self.mass * (bed.mass[part] @ away))
 
     def _now(self, bed: GrainList) -> np.ndarray:
-        return rotation(self.rate * bed.time) @ self.place
+        return rotation(self.rate * bed.time) @ self.position
 
 
 def rate(mass: float, body: float, distance: float) -> float:

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.grains import held_pull
+from dem.grains import cached_gravity
 from dem.grains.grain_list import GrainList
 from matter.geometry.rotation import rotation
 
@@ -51,7 +51,7 @@ class Held:
 
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
         """Take them out of ``pull`` (moving grains, 3); stands last."""
-        held_pull.without_net(bed, pull)
+        cached_gravity.without_net(bed, pull)
 
     def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """None of its own."""
@@ -63,8 +63,8 @@ def inertial(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Places, velocities and spins (n, 3) in the inertial frame of what has these in the turning one."""
     turn = rotation(omega * time)
-    place = position @ turn.T
-    return place, velocity @ turn.T + np.cross(omega, place), spin @ turn.T + omega
+    turned = position @ turn.T
+    return turned, velocity @ turn.T + np.cross(omega, turned), spin @ turn.T + omega
 
 
 def turning(

@@ -57,8 +57,8 @@ tangential_force = TANGENTIAL.choose(
     inline=True,
     about="F_t [N] and the tangential spring [m] after the Coulomb test.",
 )
-kept = TANGENTIAL.choose(
-    "kept",
+retained_fraction = TANGENTIAL.choose(
+    "retained_fraction",
     "stiffness, before, rule",
     otherwise="1.0",
     rows=False,

@@ -53,7 +53,7 @@ class Choices(NamedTuple):
 
 
 def rescale(chosen: Choices) -> int:
-    """The rule's number for ``kept``."""
+    """The rule's number for ``retained_fraction``."""
     return RULES[chosen.mindlin_history]
 
 
@@ -70,7 +70,7 @@ def stiffness_ratio(one: normal_hertz.Parameters, two: normal_hertz.Parameters, 
 
 
 @law
-def kept(stiffness, before, rule):
+def retained_fraction(stiffness, before, rule):
     """Part of the springs that stays when the tangent stiffness goes from ``before`` (0 at first touch) to
     ``stiffness`` [N/m]."""
     if rule == FORCE and stiffness > before:

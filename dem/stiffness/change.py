@@ -140,7 +140,7 @@ def at_rest(bed: Assembly) -> None:
     bed.softness, bed.rest_energy = 1.0, energy(bed)
 
 
-def share(bed: Assembly, every: int, steps_per_contact: int) -> float:
+def look_weight(bed: Assembly, every: int, steps_per_contact: int) -> float:
     """Weight of one look in the running mean, for looks ``every`` so many steps; a bed of N grains is N^(1/3)
     across."""
     crossing = _CROSSING * max(bed.active, 1) ** (1.0 / 3.0) * steps_per_contact

@@ -10,8 +10,8 @@ rho H r / x_max, and falls by at most a half at once. The time step follows as 1
 What a change does to each spring is ``dem.stiffness.change``: energy enters only where a load lasts. What enters
 beyond what the weight of the undisturbed bed would take (forces that are not yet told from weight) is summed up by its
 amount. Springs soften only while that sum stays below ``BUDGET`` of the kinetic energy that the compact grains were
-handed, of which every halving has its even share, and while the weight lies in them; else they wait until waves have
-died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
+handed, of which every halving has its even fraction, and while the weight lies in them; else they wait until waves
+have died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
 
 Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the change of
 springs is this project's own.
@@ -35,8 +35,8 @@ BUDGET = 0.005
 """Largest energy that softening may put into springs beyond what the weight takes, over the kinetic energy of the
 compact grains at the start."""
 CARRIED = 0.75
-"""Share of the undisturbed bed's need (a carved one weighs less) that the springs must take up in a softening, where
-it counts beside ``BUDGET``."""
+"""Fraction of the undisturbed bed's need (a carved one weighs less) that the springs must take up in a softening,
+where it counts beside ``BUDGET``."""
 LIMIT = 0.01
 """The same of all changes, above which a run is unsound."""
 
@@ -58,7 +58,7 @@ class Following:
         self.stop = 0.5 * contact.overlap_stop
         self.budget = BUDGET * handed
         self.every = max(1, contact.steps_per_contact // 2)
-        self.share = change.share(bed, self.every, contact.steps_per_contact)
+        self.look_weight = change.look_weight(bed, self.every, contact.steps_per_contact)
         self.seen: list[tuple[float, float]] = []
         change.at_rest(bed)
 
@@ -67,7 +67,7 @@ class Following:
         bed = self.bed
         if bed.steps % self.every:
             return
-        change.remember(bed, self.share)
+        change.remember(bed, self.look_weight)
         self.seen = [*self.seen[1 - MEMORY :], self._overlaps()]
         if len(self.seen) < MEMORY:
             return
@@ -83,7 +83,7 @@ class Following:
             self.seen = self.seen[MEMORY // 2 :]  # ask again in five contact times
 
     def _affordable(self, q: float) -> bool:
-        """Whether a softening by ``q`` keeps the sum of what exceeds the need of the weight within the share of the
+        """Whether a softening by ``q`` keeps the sum of what exceeds the need of the weight within the fraction of the
         halvings so far, and the weight lies in the springs now: one that falls into soft springs later would compress
         them with energy of its own."""
         bed = self.bed

@@ -13,7 +13,7 @@ import numpy as np
 from dem.contact.columns import HISTORY, MASS, RADIUS, ROLL, SLIP, STIFFNESS, TOUCHING, TWIST, TX, TY, TZ, WX, WY, WZ
 from dem.contact.contact import Bodies, Springs, contact, numbers_of
 from dem.contact.contact_scheme import Scheme
-from dem.contact.meeting import Ball, meeting_of_grains
+from dem.contact.kinematics import Ball, grain_kinematics
 from matter.compilation.jit import kernel
 
 SOURCES = ("Christoffersen1981",)
@@ -26,7 +26,7 @@ SUMS = 9
 
 class Sample(NamedTuple):
     """Grains of the cell: tables ``X``, ``V``, ``W``, ``A``, ``F`` (``dem.contact.columns``), which are ``held`` (n,),
-    and places at the last list ``start`` (n, 3)."""
+    and positions at the last list ``start`` (n, 3)."""
 
     X: np.ndarray
     V: np.ndarray
@@ -94,7 +94,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
     """Forces of all pairs: ``F`` and the histories; sums f_a b_b of those in the slab into ``stress`` (xx yy zz xz);
     returns contacts and worst overlap.
 
-    ``shift`` [d] and ``slide`` [sqrt(P / rho)]: place and velocity along x of the image above.
+    ``shift`` [d] and ``slide`` [sqrt(P / rho)]: position and velocity along x of the image above.
     """
     X, V, F = sample.X, sample.V, sample.F
     row, col, hist, table = touching
@@ -126,8 +126,8 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
             mj = V[j, MASS]
             velocity = V[j, 0] - V[i, 0] - image * slide, V[j, 1] - V[i, 1], V[j, 2] - V[i, 2]
             one, two = Ball(ri, V[i, WX], V[i, WY], V[i, WZ]), Ball(rj, V[j, WX], V[j, WY], V[j, WZ])
-            meeting, l1, l2 = meeting_of_grains((nx, ny, nz), velocity, one, two, 0.0)
-            nx, ny, nz, overlap = meeting.nx, meeting.ny, meeting.nz, meeting.overlap
+            kinematics, l1, l2 = grain_kinematics((nx, ny, nz), velocity, one, two, 0.0)
+            nx, ny, nz, overlap = kinematics.nx, kinematics.ny, kinematics.nz, kinematics.overlap
             springs = Springs(
                 hist[e, SLIP],
                 hist[e, SLIP + 1],
@@ -141,7 +141,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
             )
             bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), ri, rj, 0.0)
             fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(
-                meeting, bodies, numbers, springs, drive.dt, drive.tail, scheme
+                kinematics, bodies, numbers, springs, drive.dt, drive.tail, scheme
             )
             hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
             hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST] = h.ax, h.ay, h.az, h.phi

@@ -37,7 +37,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from dem.contact.rest_springs import REST_SHARE
+from dem.contact.rest_springs import REST_FRACTION
 from dem.contact.settings import Contact
 from dem.trials.shear_cell import CELL_STIFFNESS
 from dem.trials.steady_shear import shear
@@ -63,7 +63,7 @@ def _sources() -> list[str]:
     ]
 
 
-def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:
+def _cache_path(contact: Contact, method: str, options: dict[str, Any]) -> Path:
     law = contact.model_dump(include={"shell", "tangential_stiffness_ratio", "attractive_tail"})
     text = json.dumps([law, method, options, _sources()], sort_keys=True)
     return jit.cache_root().parent / "friction_angle" / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
@@ -72,12 +72,12 @@ def _place(contact: Contact, method: str, options: dict[str, Any]) -> Path:
 def measure(contact: Contact, method: Method = "shear", **options: Any) -> dict[str, float]:
     """The angle of the solid grains (``contact.shell``) by ``shear`` or ``tilt``, taken from the kept results when it
     was measured before."""
-    place = _place(contact, method, options)
-    if place.is_file():
-        return json.loads(place.read_text())
+    path = _cache_path(contact, method, options)
+    if path.is_file():
+        return json.loads(path.read_text())
     result = shear(contact, **options) if method == "shear" else tilt(contact, **options)
-    place.parent.mkdir(parents=True, exist_ok=True)
-    archive.write_json(place, result)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    archive.write_json(path, result)
     return result
 
 
@@ -88,7 +88,7 @@ FLOWING = 0.02
 def loose(contact: Contact, seed: int = 1) -> dict[str, float]:
     """Steady shear in springs as stiff as those of a bed halfway down (``dem.contact.rest_springs``): with
     ``CELL_STIFFNESS`` grains overlap by 0.7 % of a diameter, which makes the cell denser by 0.015 to 0.02."""
-    stiff = max(CELL_STIFFNESS, contact.stiffness_factor / (REST_SHARE * contact.static_overlap))
+    stiff = max(CELL_STIFFNESS, contact.stiffness_factor / (REST_FRACTION * contact.static_overlap))
     return measure(contact, "shear", seed=seed, inertial=FLOWING, stiffness=stiff)
 
 

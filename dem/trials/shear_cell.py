@@ -184,7 +184,7 @@ class Cell:
         self._build()
 
     def set_law(self, contact_law: Contact) -> None:
-        """Another contact law from here on; springs start anew."""
+        """Another contact law from here on; springs start from zero."""
         self.law, self.table = contact_law, _table(contact_law)
         self.hist[:, :TOUCHING] = 0.0
 

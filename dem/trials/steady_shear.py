@@ -36,11 +36,11 @@ def sample(count: int, seed: int, spread: float) -> tuple[np.ndarray, np.ndarray
     rng = np.random.default_rng(seed)
     radius = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
     side = math.ceil(count ** (1.0 / 3.0))
-    apart = 2.0 * radius.max() + 0.02
+    spacing = 2.0 * radius.max() + 0.02
     lattice = np.stack(np.meshgrid(*[np.arange(side)] * 3, indexing="ij"), -1).reshape(-1, 3)[
         rng.permutation(side**3)[:count]
     ]
-    return apart * lattice + rng.uniform(-0.01, 0.01, (count, 3)), radius, side
+    return spacing * lattice + rng.uniform(-0.01, 0.01, (count, 3)), radius, side
 
 
 def shear(
@@ -53,7 +53,7 @@ def shear(
 ) -> dict[str, float]:
     """Steady simple shear: both angles and their errors (``error_deg``, ``mohr_coulomb_error_deg``), ``fraction``,
     ``coordination``, ``strain``, ``inertial``, by default that of the slow state, and ``kinetic_pressure``,
-    the share of P that the grains' own motion bears. ``stiffness``: k_n of a grain of mean size over P d."""
+    the fraction of P that the grains' own motion bears. ``stiffness``: k_n of a grain of mean size over P d."""
     x, radius, side = sample(count, seed, spread)
     length = (2.0 * radius.max() + 0.02) * side
     slow = inertial or (SLOW_SMOOTH if contact.shell.friction == 0.0 else SLOW)

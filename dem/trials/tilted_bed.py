@@ -121,8 +121,8 @@ def _bed_on_a_base(seed: int, spread: float) -> tuple[np.ndarray, np.ndarray, np
     rng = np.random.default_rng(seed)
     free = 0.5 * rng.uniform(1.0 - spread, 1.0 + spread, count)
     across = math.floor(WIDTH / (2.0 * free.max()))
-    apart, place = WIDTH / across, np.arange(count)
-    x = apart * np.column_stack([place % across, place // across % across, place // across**2]) + rng.uniform(
+    spacing, index = WIDTH / across, np.arange(count)
+    x = spacing * np.column_stack([index % across, index // across % across, index // across**2]) + rng.uniform(
         -0.02, 0.02, (count, 3)
     )
     x[:, 2] += 1.5

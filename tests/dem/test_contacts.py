@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dem.contact.gravity import Field
-from dem.contact.meeting import Ball, meeting_of_grains
+from dem.contact.kinematics import Ball, grain_kinematics
 from dem.contact.settings import Contact, GrainLaw
 from dem.contact.walls import PLANE, Wall
 from dem.grains.assembly import ACTIVE, BALLISTIC, Assembly, Extras
@@ -130,7 +130,7 @@ def test_a_small_grain_deep_in_a_large_one_rolls_at_a_bounded_rate():
     large, small, sliding = 1.0, 0.1, 0.3
     for distance in np.append(np.linspace(0.97, 1.1, 400), math.sqrt(large**2 - small**2)):
         one, two = Ball(large, 0.0, 0.0, 0.0), Ball(small, 0.0, 0.5, 0.0)
-        meeting, l1, l2 = meeting_of_grains((distance, 0.0, 0.0), (0.0, 0.0, sliding), one, two, 0.0)
+        meeting, l1, l2 = grain_kinematics((distance, 0.0, 0.0), (0.0, 0.0, sliding), one, two, 0.0)
         assert l1 + l2 == pytest.approx(distance, rel=1e-14)
         slip = sliding + 0.5 * l2  # of the second grain's surface: v_z + (w x -l2 n)_z
         assert meeting.uz == pytest.approx(slip, rel=1e-12)

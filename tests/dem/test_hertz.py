@@ -137,7 +137,7 @@ def cyclic(rule: str) -> float:
     energy."""
     k, energy, spring = 1.0, 0.0, 0.0
     for stiffness, slip in ((1.0, 1.0), (4.0, 0.0), (4.0, -0.5), (1.0, 0.0), (1.0, None)):
-        spring *= tangential_mindlin.kept(stiffness, k, tangential_mindlin.RULES[rule])
+        spring *= tangential_mindlin.retained_fraction(stiffness, k, tangential_mindlin.RULES[rule])
         k = stiffness
         slip = -spring if slip is None else slip
         energy += k * (spring * slip + 0.5 * slip * slip)

@@ -67,11 +67,11 @@ def test_a_law_file_has_a_source_the_words_of_other_codes_and_bounded_values(cas
 
 @pytest.mark.parametrize("law", dispatch.TANGENTIAL.laws, ids=Family.title)
 def test_a_tangential_law_whose_springs_follow_the_contact_brings_its_rules(law):
-    """``kept`` stands with ``Choices``, keys of ``[dem.contact]``, of which each value gives a rule; without it the
-    springs stay."""
+    """``retained_fraction`` stands with ``Choices``, keys of ``[dem.contact]``, of which each value gives a rule;
+    without it the springs stay."""
     goes_with = {one.TANGENTIAL: name for name, one in zip(dispatch.NORMAL.names, dispatch.NORMAL.laws)}
     contact = contact_of(goes_with[Family.title(law).removeprefix("tangential_")])
-    assert (contact.scheme().rescale > 0) == hasattr(law, "kept") == hasattr(law, "Choices")
+    assert (contact.scheme().rescale > 0) == hasattr(law, "retained_fraction") == hasattr(law, "Choices")
     for key, kind in typing.get_type_hints(getattr(law, "Choices", object)).items():
         values = typing.get_args(kind)
         assert Contact.model_fields[key].description and Contact.model_fields[key].default == values[0]

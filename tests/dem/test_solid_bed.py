@@ -16,7 +16,7 @@ from dem.beds.solid_body import SolidBody
 from dem.beds.solid_settling import SolidSettling
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact, GrainLaw
-from dem.grains import held_pull, turning_frame
+from dem.grains import cached_gravity, turning_frame
 from dem.grains.assembly import BALLISTIC, LEFT, Assembly, Extras
 from dem.grains.self_gravity import SelfGravity
 from dem.settings import Settings as DemSettings
@@ -152,9 +152,9 @@ def held_for(time: float, bed: Assembly, omega: np.ndarray) -> None:
     turned = bed.angular_momentum() - l - (0.0 if free else bed.report[7:10])
     assert np.abs(turned).max() < 1e-10 * np.abs(l).max()
     kinetic = bed.energies()["kinetic_J"]
-    total = sum(bed.energies().values()) + bed.report[:4].sum() - bed.pull_state[held_pull.WORK]
+    total = sum(bed.energies().values()) + bed.report[:4].sum() - bed.pull_state[cached_gravity.WORK]
     assert total == pytest.approx(e, abs=1e-3 * kinetic)
-    assert bed.pull_state[held_pull.WORST] < 1e-4
+    assert bed.pull_state[cached_gravity.WORST] < 1e-4
 
 
 def test_it_stays_where_it_is_in_the_turning_frame(made, body):
@@ -369,15 +369,15 @@ def test_a_maclaurin_spheroid_is_level():
         math.pi * G * DENSITY
         * (2.0 * math.sqrt(1.0 - e**2) / e**3 * (3.0 - 2.0 * e**2) * math.asin(e) - 6.0 * (1.0 - e**2) / e**2)
     )  # fmt: skip
-    level = slopes.of(figure([200.0, 200.0, 160.0], rate), 4.0)
+    level = slopes.surface_slopes(figure([200.0, 200.0, 160.0], rate), 4.0)
     assert level.slope.max() < 2.0 and level.slope.mean() < 0.7
-    assert slopes.of(figure([200.0, 200.0, 160.0], 0.0), 4.0).slope.max() > 5.0
+    assert slopes.surface_slopes(figure([200.0, 200.0, 160.0], 0.0), 4.0).slope.max() > 5.0
 
 
 def test_slopes_of_a_resting_ellipsoid_are_those_of_its_closed_form():
     axes = np.array([200.0, 160.0, 100.0])
     body = figure(axes.tolist(), 0.0)
-    found = slopes.of(body, 1.0)
+    found = slopes.surface_slopes(body, 1.0)
     half = 0.5 * axes
     # g_i = -2 pi G rho A_i x_i,  A_i = a b c int_0^inf du / ((a_i^2 + u) Delta(u))  (Chandrasekhar 1969)
     parts = [

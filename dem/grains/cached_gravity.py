@@ -9,8 +9,9 @@ and at every step what it lacks of Newton's third law is taken out by one rigid 
 
     a_i <- a_i - alpha - beta x x_i',   sum m a = 0,   sum m x' x a = 0
 
-with x' the present places from the centre of mass: momentum and angular momentum are kept to rounding. The rms of the
-correction over that of the pull, both weighted by mass, is kept (``REMOVED``, ``WORST``): the share of the weight.
+with x' the present positions from the centre of mass: momentum and angular momentum are kept to rounding. The rms of
+the correction over that of the pull, both weighted by mass, is kept (``REMOVED``, ``WORST``): the fraction of the
+weight.
 
 Then comes what acts from outside (``Outer``): ``dem.grains.tide``, ``dem.grains.turning_frame``.
 """
@@ -37,7 +38,7 @@ class Outer(Protocol):
     """What acts on all grains besides their own attraction."""
 
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
-        """Add its acceleration [m/s^2] at the present places to ``pull`` (moving grains, 3)."""
+        """Add its acceleration [m/s^2] at the present positions to ``pull`` (moving grains, 3)."""
 
     def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """Potential energy [J] of these grains in it."""
@@ -137,8 +138,8 @@ def energy_with(bed: GrainList, where: np.ndarray) -> float:
     return float(own + whole - left)
 
 
-def attract(bed: GrainList, anew: bool = False) -> None:
-    """Set ``bed.pull_of_all`` for the present places, half a step after the velocities; ``anew``: evaluate it."""
+def attract(bed: GrainList, renew: bool = False) -> None:
+    """Set ``bed.pull_of_all`` for the present positions, half a step after the velocities; ``renew``: evaluate it."""
     if bed.moving == 0:
         return
     k = slice(0, bed.moving)
@@ -147,7 +148,7 @@ def attract(bed: GrainList, anew: bool = False) -> None:
         pull[:] = 0.0
     else:
         state[SINCE] += bed.dt
-        if anew or state[SINCE] >= bed.pull_interval * (1.0 - 1e-9):
+        if renew or state[SINCE] >= bed.pull_interval * (1.0 - 1e-9):
             bed.pull_held[k] = law.acceleration(bed.X[k, :3], bed.mass[k], bed.X[k, RADIUS])
             state[SINCE], state[SPIN] = 0.0, angular_velocity(bed)
         _turn(bed.pull_held[k], rotation(state[SPIN] * state[SINCE]), pull)

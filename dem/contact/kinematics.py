@@ -9,11 +9,11 @@ from typing import NamedTuple
 from matter.compilation.jit import law
 
 
-class Meeting(NamedTuple):
+class ContactKinematics(NamedTuple):
     """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un``
     and slip velocity ``u`` in the contact plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin``
-    about n [rad/s]; ``lean`` (r2 - r1) / (2 r1 r2) [1/m], so that ``r`` - lean n x u is the part of it that a moment
-    does work on."""
+    about n [rad/s]; ``curvature_difference`` (r2 - r1) / (2 r1 r2) [1/m], so that ``r`` - lean n x u is the part of it
+    that a moment does work on."""
 
     nx: float
     ny: float
@@ -28,7 +28,7 @@ class Meeting(NamedTuple):
     rz: float
     twist: float
     spin: float
-    lean: float
+    curvature_difference: float
 
 
 class Ball(NamedTuple):
@@ -43,7 +43,7 @@ class Ball(NamedTuple):
 @law(
     inline="always"
 )  # in the caller's own code, with its fastmath: compiled by itself, its sums would be arranged otherwise
-def meeting_of_grains(way, velocity, one, two, offset):
+def grain_kinematics(way, velocity, one, two, offset):
     """How two grains meet: their ``Meeting``, and the lever arms l1, l2 [m].
 
     ``way`` (3) from the first centre to the second [m], ``velocity`` (3) of the second relative to the first [m/s],
@@ -72,15 +72,19 @@ def meeting_of_grains(way, velocity, one, two, offset):
     px, py, pz = wxj - wxi, wyj - wyi, wzj - wzi
     twist = px * nx + py * ny + pz * nz
     spin = 0.5 * ((wxi + wxj) * nx + (wyi + wyj) * ny + (wzi + wzj) * nz)
-    lean = 0.5 * (rj - ri) / (ri * rj)
-    rx = px - twist * nx + lean * (ny * uz - nz * uy)
-    ry = py - twist * ny + lean * (nz * ux - nx * uz)
-    rz = pz - twist * nz + lean * (nx * uy - ny * ux)
-    return Meeting(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin, lean), l1, l2
+    curvature_difference = 0.5 * (rj - ri) / (ri * rj)
+    rx = px - twist * nx + curvature_difference * (ny * uz - nz * uy)
+    ry = py - twist * ny + curvature_difference * (nz * ux - nx * uz)
+    rz = pz - twist * nz + curvature_difference * (nx * uy - ny * ux)
+    return (
+        ContactKinematics(nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist, spin, curvature_difference),
+        l1,
+        l2,
+    )
 
 
 @law(forceinline=True)
-def meeting_with_wall(n, distance, velocity, ball, overlap):
+def wall_kinematics(n, distance, velocity, ball, overlap):
     """How a grain meets a wall, which is body 2 and at rest: u = -v - d w x n.
 
     ``n`` (3) unit vector towards the wall, ``distance`` d [m] of the grain's centre, ``velocity`` (3) [m/s], ``ball``,
@@ -93,7 +97,7 @@ def meeting_with_wall(n, distance, velocity, ball, overlap):
     uz = -velocity[2] - distance * (wx * ny - wy * nx)
     un = ux * nx + uy * ny + uz * nz
     wn = wx * nx + wy * ny + wz * nz
-    return Meeting(
+    return ContactKinematics(
         nx,
         ny,
         nz,
