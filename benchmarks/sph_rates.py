@@ -56,7 +56,7 @@ def cloud_of(size: int, porous: bool) -> tuple[Cloud, Materials]:
         material.astype(np.int32),
         material.astype(np.int32),
     )
-    cloud = Cloud.of(body)
+    cloud = Cloud.from_bodies(body)
     cloud.velocity[:] = rng.normal(size=cloud.velocity.shape) * 20.0
     _open_pores(cloud, materials, porous)
     seeding.seed_flaws(cloud, materials, 1)
@@ -77,7 +77,7 @@ def cloud_of_snapshot(path: Path, porous: bool) -> tuple[Cloud, Materials]:
         shot.material.astype(np.int32),
         shot.layer.astype(np.int32),
     )
-    cloud = Cloud.of(body)
+    cloud = Cloud.from_bodies(body)
     cloud.velocity[:], cloud.specific_energy[:] = shot.velocity, shot.specific_energy
     cloud.stress[:], cloud.root_damage[:] = shot.deviatoric_stress[:, :5], np.cbrt(shot.damage)
     del body, shot

@@ -27,8 +27,8 @@ def particles(
     damage = state.damage_of(c, i.materials.rows)
     whole = i.materials.rows.mixes_damage[c.material] > 0
     deviator = np.empty((len(c), 6))
-    share = np.where(whole, 1.0, 1.0 - damage) / i.evaluated.distention
-    np.multiply(share[:, None], c.stress, out=deviator[:, :5])
+    fraction = np.where(whole, 1.0, 1.0 - damage) / i.evaluated.distention
+    np.multiply(fraction[:, None], c.stress, out=deviator[:, :5])
     deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
     fields = {
         "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
@@ -55,7 +55,7 @@ def particles(
         **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
         "shear_moduli_Pa": i.rows.shear.tolist(),
         "reference_densities_kg_m3": i.rows.rho0.tolist(),
-        **({"release": phases} if (phases := release_phases.of(i.materials)) else {}),
+        **({"release": phases} if (phases := release_phases.phase_thresholds(i.materials)) else {}),
     }
     part = Particles({name: array[order] for name, array in fields.items()}, attributes)
     return symmetry.whole(part, settings.symmetry)

@@ -178,7 +178,7 @@ def expected_flaws(settings: Settings) -> float:
     layers = [materials.names.index(layer.material) for layer in settings.target.layers]
     if not any(materials.rows.flawed[index] and not materials.predamaged(materials.names[index]) for index in layers):
         return 0.0
-    distance, number = resolution.shares(settings.target, settings.zones)
+    distance, number = resolution.cumulative_number(settings.target, settings.zones)
     spacing = settings.zones.spacing(0.5 * (distance[1:] + distance[:-1]))
     each = np.diff(number)
     dealt = grady_kipp.expected_among(spacing**3, each)
@@ -188,7 +188,7 @@ def expected_flaws(settings: Settings) -> float:
 def explain(settings: Settings) -> list[str]:
     """Particles, resolution, and which keys the cost follows from."""
     target, zones, ball = settings.target, settings.zones, settings.impact.projectile
-    distance, number = resolution.shares(target, zones)
+    distance, number = resolution.cumulative_number(target, zones)
     total, crater = number[-1], 0.5 * settings.impact.expected_transient_diameter
     inside = [
         float(np.interp(at, distance, number)) / total

@@ -30,13 +30,13 @@ def _solved_spacing(given: dict[str, Any]) -> float:
     return resolution.solved(given["target"], given["impact"], given["particles"], *zone)
 
 
-def _crater_times(given: dict[str, Any], share: float) -> float:
+def _crater_times(given: dict[str, Any], factor: float) -> float:
     try:
         materials = durations.chosen(given["target"], given["impact"], given["materials"])
     except InputError:
-        return share
+        return factor
     return durations.rounded(
-        share * durations.crater_time(given["target"], given["impact"], materials, given["strength"], given["damage"])
+        factor * durations.crater_time(given["target"], given["impact"], materials, given["strength"], given["damage"])
     )
 
 

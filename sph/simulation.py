@@ -51,7 +51,7 @@ class Simulation:
             self.radius = float(self.column.radius[-1])
         self.edge: Edge | None = None
         self.late: list[dict[str, float]] = []
-        self.thinned = False
+        self.viscosity_reduced = False
         self.flow: list[dict[str, Any]] = []
         self.individual: list[dict[str, Any]] = []
         self.history = History(out / "history.csv", settings.symmetry)
@@ -87,7 +87,7 @@ class Simulation:
         else:
             body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed, s.symmetry)
         self.edge = self._edge(body, np.zeros(len(body.mass)), len(body.mass))
-        self.integrator = self._integrator(Cloud.of(body))
+        self.integrator = self._integrator(Cloud.from_bodies(body))
         self._enter(self.phase)
         if self.phase == "impact":
             self._add_projectile()
@@ -136,7 +136,7 @@ class Simulation:
                     s.symmetry,
                 )
             )
-        cloud = Cloud.of(*pieces)
+        cloud = Cloud.from_bodies(*pieces)
         self.edge = self._edge(pieces[0], np.zeros(len(pieces[0].mass)), len(cloud))
         del pieces
         if not s.control:
@@ -165,7 +165,7 @@ class Simulation:
             arrays |= checkpoint.under("edge", self.edge.state())
         numbers |= {
             "phase": self.phase, "times": json.dumps(self.times), "late": json.dumps(self.late),
-            "thinned": self.thinned, "flow": json.dumps(self.flow),
+            "thinned": self.viscosity_reduced, "flow": json.dumps(self.flow),
             "individual": json.dumps(self.individual),
         }  # fmt: skip
         with self.cadence.writing():
@@ -183,7 +183,7 @@ class Simulation:
         if self.late:
             i.softened(self.late[-1]["sound_speed_m_s"])
         if bool(scalars["thinned"]):
-            self._thin()
+            self._reduce_viscosity()
         self.phase = str(scalars["phase"])
         self._switch_physics()
         if self.phase != "relax":
@@ -244,27 +244,27 @@ class Simulation:
         chosen = self.settings.late
         if chosen is None:
             return []
-        changes = [] if self.thinned else [(chosen.viscosity_time, self._thin)]
+        changes = [] if self.viscosity_reduced else [(chosen.viscosity_time, self._reduce_viscosity)]
         return [*changes, *((at, partial(self._soften, c)) for at, c in chosen.switches[len(self.late) :])]
 
-    def _thin(self) -> None:
+    def _reduce_viscosity(self) -> None:
         """Take up the artificial viscosity of the late stage."""
         chosen = self.settings.late
         if chosen is not None:
-            self.integrator.thin(chosen.alpha, chosen.beta)
-            self.thinned = True
+            self.integrator.set_viscosity(chosen.alpha, chosen.beta)
+            self.viscosity_reduced = True
 
     def _note_flow(self) -> None:
         """A row of the flow's Reynolds number."""
         i, c = self.integrator, self.integrator.cloud
         mine = c.layer >= 0
-        share = c.viscosity[mine] if len(c.viscosity) else reconstructed.SMOOTH if i.scheme.reconstructed else 1.0
+        fraction = c.viscosity[mine] if len(c.viscosity) else reconstructed.SMOOTH if i.scheme.reconstructed else 1.0
         target = self.settings.target
-        place = target.placed.from_site(c.position[mine]) if target.solid else c.position[mine]
+        position = target.placed.from_site(c.position[mine]) if target.solid else c.position[mine]
         reynolds = flow_reynolds.measure(
-            place, c.velocity[mine], symmetry.copies(self.settings.symmetry) * c.mass[mine],
+            position, c.velocity[mine], symmetry.copies(self.settings.symmetry) * c.mass[mine],
             0.5 * c.support_radius[mine],
-            i.evaluated.sound[: len(c)][mine], share,
+            i.evaluated.sound[: len(c)][mine], fraction,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
             self.radius if target.shape == "sphere" else None,
         )  # fmt: skip
@@ -312,7 +312,7 @@ class Simulation:
         if (
             i.steps > 0
             and i.time
-            >= individual_steps.SHARES[min(len(self.individual), len(individual_steps.SHARES) - 1)]
+            >= individual_steps.FRACTIONS[min(len(self.individual), len(individual_steps.FRACTIONS) - 1)]
             * self.settings.end_time
         ):
             self.individual.append(individual_steps.measure(i))

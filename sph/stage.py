@@ -91,7 +91,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """Run or resume the stage in the folder ``out``; ``inputs`` is not read: what the encounters have chosen stands in
     ``settings.impact``.
 
-    Raises ``InputError`` (no balance), ``UnphysicalState`` (particle, place, time, values), ``Stopped``.
+    Raises ``InputError`` (no balance), ``UnphysicalState`` (particle, position, time, values), ``Stopped``.
     """
     job = Simulation(settings, Path(out))
     relaxation = settings.relaxation_time if job.phase == "relax" else 0.0
@@ -113,5 +113,5 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         job.relax(report)
     job.follow_impact(report, relaxation)
     job.finish()
-    archive.write_json(job.out / "stage_report.json", stage_report.of(job))
+    archive.write_json(job.out / "stage_report.json", stage_report.stage_summary(job))
     checkpoint.keep_last(job.out)

@@ -53,7 +53,7 @@ def measure(run: Path) -> dict[str, Any]:
         particles = snapshot.read(file)
         target = particles.layer >= 0
         times.append(float(particles.attributes["time"]))
-        shares.append(fragments.largest_share(particles))
+        shares.append(fragments.largest_fraction(particles))
         broken.append(
             float(particles.mass[target & (particles.damage >= BROKEN)].sum() / particles.mass[target].sum())
         )

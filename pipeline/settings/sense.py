@@ -155,7 +155,7 @@ def _mirrored(sph: Any) -> Iterator[Complaint]:
     whole = at_rest.surface_gravity(target, materials.at_rest) * target.radius**2 / G
     ball = float(materials.bulk_density[materials.index(impact.projectile.material)]) * impact.projectile.volume
     kind = "ice" if target.layers[-1].material.startswith("ice") else "rock"
-    energy_ratio = disruption.share(ball, impact.speed, whole, target.radius, kind)
+    energy_ratio = disruption.energy_ratio(ball, impact.speed, whole, target.radius, kind)
     if energy_ratio > DISRUPTS:
         yield Complaint(
             ("sph", "symmetry"),

@@ -109,23 +109,23 @@ def build(
         reach = math.hypot(target.radius, math.sqrt(2.0) * target.half_width)
         lattice = symmetries.folded(packing.hexagonal(zones.contact, reach), symmetry, 0.35 * zones.contact)
         points = [lattice[slab.inside(lattice)] for slab in slabs]
-        volumes = [np.full(len(place), zones.contact**3) for place in points]
-        supports = [np.full(len(place), zones.support * zones.contact) for place in points]
+        volumes = [np.full(len(centres), zones.contact**3) for centres in points]
+        supports = [np.full(len(centres), zones.support * zones.contact) for centres in points]
     else:
         spacing = spacing_law(target, zones)
         streams = np.random.SeedSequence(seed).spawn(len(slabs))
         for l, slab in enumerate(slabs):
             finest = zones.contact if l == len(slabs) - 1 else None
-            place, volume = packing.graded(spacing, slab, np.random.default_rng(streams[l]), finest=finest)
-            points.append(place)
+            centres, volume = packing.graded(spacing, slab, np.random.default_rng(streams[l]), finest=finest)
+            points.append(centres)
             volumes.append(volume)
-            supports.append(zones.support * spacing(place))
-    for l, place in enumerate(points):
-        if len(place) == 0:
+            supports.append(zones.support * spacing(centres))
+    for l, centres in enumerate(points):
+        if len(centres) == 0:
             raise InputError(
                 f"layer {target.layers[l].name!r} holds no particle: the spacing is too coarse for its thickness"
             )
-    layer = np.repeat(np.arange(len(points)), [len(place) for place in points])
+    layer = np.repeat(np.arange(len(points)), [len(centres) for centres in points])
     mass = np.concatenate([density0[l] * volumes[l] * (slabs[l].volume / volumes[l].sum()) for l in range(len(slabs))])
     position = np.concatenate(points)
     position[:, 2] = ground.sunk(position[:, 2])

@@ -45,7 +45,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "neighbours": ((), "int32"),
     "material": ((), "int32"),
     "layer": ((), "int32"),
-    "flaw_first": ((), "int32"),  # places in flaw_strain
+    "flaw_first": ((), "int32"),  # indices in flaw_strain
     "flaw_last": ((), "int32"),
 }
 
@@ -55,7 +55,7 @@ inside a tuple, without a word: such a loop calls the function that writes."""
 
 OPTIONAL = ("late_density", "viscosity", "strain_rate", "plastic_strain")
 """Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage
-(``sph.stepping.late``), the share of the artificial viscosity where a switch governs it (``sph.viscosity.switch``),
+(``sph.stepping.late``), the fraction of the artificial viscosity where a switch governs it (``sph.viscosity.switch``),
 the symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity.reconstructed``), the plastic
 strain of a yield law that hardens (``sph.strength.johnson_cook``)."""
 
@@ -130,7 +130,7 @@ class Cloud:
         return Fields(*(getattr(self, name) for name in ARRAYS))
 
     @classmethod
-    def of(cls, *bodies: Body) -> Cloud:
+    def from_bodies(cls, *bodies: Body) -> Cloud:
         """A cloud at rest of the given bodies, identities in their order."""
         cloud = cls(sum(len(body.mass) for body in bodies))
         cloud.identity[:] = np.arange(len(cloud))
@@ -176,12 +176,12 @@ class Cloud:
 
 
 class Neighbourhood:
-    """The neighbour list of a cloud, rebuilt (and the cloud sorted anew) when a particle has moved so far that it
+    """The neighbour list of a cloud, rebuilt (and the cloud sorted again) when a particle has moved so far that it
     could have a new neighbour.
 
     Every particle has a skin, ``SKIN`` of its h or what it flies in ``AHEAD`` steps (at most ``SKIN_MOST`` of its h):
     a pair is listed within h_ij plus both skins, so that no pair closer than h_ij is missed while nobody has moved by
-    more than its skin. Fast particles thus do not make the whole list anew at every step.
+    more than its skin. Fast particles thus do not rebuild the whole list at every step.
 
     A lone particle, one without any neighbour, waits for the time that skins reckon with to be over: ``AHEAD`` steps
     of the length that they had when the list was made. Flying on freely it stays within its skin until then, unless
@@ -202,7 +202,7 @@ class Neighbourhood:
     def rebuild(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
         """Sort the cloud and list its neighbours; ``dt`` [s] the step that skins reckon with, ``time`` [s] that of the
         images."""
-        self.places = self.reach = np.zeros(0)  # of the list before: free from here on
+        self.positions = self.reach = np.zeros(0)  # of the list before: free from here on
         h = cloud.support_radius
         reach = np.einsum("ij,ij->i", cloud.velocity, cloud.velocity)  # speed, then skin, then reach, in one array
         np.sqrt(reach, out=reach)
@@ -227,31 +227,31 @@ class Neighbourhood:
         """Where the particles were when the list was built (n, 3) [m], and with which reach (n,) [m]; how many lists
         there were, how old this one is and for how long lone particles wait [s]."""
         numbers = {"builds": self.builds, "list_age": self.age, "list_good_for": self.good_for}
-        return {"places": self.places, "reach": self.reach}, numbers
+        return {"places": self.positions, "reach": self.reach}, numbers
 
     def restore(self, saved: checkpoint.State, numbers: Mapping[str, Any]) -> None:
         """Build the list of a ``state`` again; the cloud is in its order already."""
         self.builds, self.age = int(numbers["builds"]), float(numbers["list_age"])
         self.good_for = float(numbers["list_good_for"])
-        places, reach = saved["places"], saved["reach"]
-        self._list(places, reach.copy(), neighbours.sort(places, reach, self.half_width)[1])
+        positions, reach = saved["places"], saved["reach"]
+        self._list(positions, reach.copy(), neighbours.sort(positions, reach, self.half_width)[1])
 
-    def _list(self, places: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
+    def _list(self, positions: np.ndarray, reach: np.ndarray, grid: neighbours.Grid) -> None:
         # by columns, as the list is made
-        self.places, self.reach = (places.copy(order="F" if self.images is None else "C"), reach)
+        self.positions, self.reach = (positions.copy(order="F" if self.images is None else "C"), reach)
         if self.images is None:
-            self.pairs = neighbours.build(self.places, reach, grid, 1.0, self.pairs)
+            self.pairs = neighbours.build(self.positions, reach, grid, 1.0, self.pairs)
         else:
-            self.pairs = self.images.listed(self.places, reach, self.half_width)
+            self.pairs = self.images.listed(self.positions, reach, self.half_width)
 
     def update(self, cloud: Cloud, dt: float, time: float = 0.0) -> None:
-        """Rebuild if needed, which sorts the cloud anew."""
+        """Rebuild if needed, which sorts the cloud again."""
         self.age += dt
         room = 0.5 * (self.reach - cloud.support_radius)
         if room.min() < 0.0:  # a support has grown beyond its listing
             self.rebuild(cloud, dt, time)
             return
         least = 1 if self.age < self.good_for else 0
-        moved_further(cloud.position, self.places, room, cloud.neighbours, least, self._parts)
+        moved_further(cloud.position, self.positions, room, cloud.neighbours, least, self._parts)
         if self._parts.any() or (self.images is not None and self.images.stale(time)):
             self.rebuild(cloud, dt, time)

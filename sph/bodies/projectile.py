@@ -3,7 +3,7 @@
 A part holds a ``share`` of the projectile's mass. Without ``size`` it is a ball of its material at its own density,
 with one a box of cells, each with a pellet of solid matter in its middle: a box that weighs less than its material
 would has gaps between them, as a spacecraft has. A pellet's support is that of a cell, the scale of the ground that it
-meets; its own size, centimetres of a thin panel, would set the step of all particles. Places are along the flight,
+meets; its own size, centimetres of a thin panel, would set the step of all particles. Positions are along the flight,
 horizontally across it, and up from both; the parts' centre of mass is on the line that leads to the site, so that
 mass and momentum are those of the ball.
 """
@@ -30,29 +30,29 @@ MOST_IN_ONE = 3.5
 
 class Pellets(NamedTuple):
     """Particles of a projectile about its centre of mass: ``position`` (n, 3) [m] (along the flight, across it, up),
-    ``volume`` (n,) [m^3] of solid matter, ``width`` (n,) [m] that its support goes by, ``share`` (n,) of the mass,
+    ``volume`` (n,) [m^3] of solid matter, ``width`` (n,) [m] that its support goes by, ``fraction`` (n,) of the mass,
     index of the ``material`` (n,)."""
 
     position: np.ndarray
     volume: np.ndarray
     width: np.ndarray
-    share: np.ndarray
+    fraction: np.ndarray
     material: np.ndarray
 
 
 def in_ball(radius: float, spacing: float, symmetry: str = "none") -> np.ndarray:
-    """Places (n, 3) [m] of a ball's particles about its centre, some ``spacing`` [m] apart; of the part that a
+    """Positions (n, 3) [m] of a ball's particles about its centre, some ``spacing`` [m] apart; of the part that a
     ``symmetry`` leaves. One particle where there would be three or fewer: two or three lie as lopsided as it is
     coarse."""
     wanted, parts = 4.0 / 3.0 * np.pi * radius**3 / spacing**3, symmetries.copies(symmetry)
     mirrors = list(symmetries.MIRRORS[symmetry])
     if wanted <= MOST_IN_ONE * parts:  # the centre of mass of the part
-        places = np.zeros((1, 3))
-        places[0, mirrors] = 0.375 * radius
-        return places
-    places = packing.hexagonal(spacing, radius)
-    places = places - places.mean(axis=0)
-    return symmetries.folded(places, symmetry, 0.35 * spacing) if mirrors else places
+        positions = np.zeros((1, 3))
+        positions[0, mirrors] = 0.375 * radius
+        return positions
+    positions = packing.hexagonal(spacing, radius)
+    positions = positions - positions.mean(axis=0)
+    return symmetries.folded(positions, symmetry, 0.35 * spacing) if mirrors else positions
 
 
 def in_box(size: tuple[float, float, float], spacing: float) -> np.ndarray:
@@ -72,15 +72,17 @@ def pellets(ball: Projectile, spacing: float, materials: Materials) -> Pellets:
     for number, part in enumerate(ball.parts, 1):
         index = materials.index(ball.material_of(part))
         volume = part.share * mass / float(materials.bulk_density[index])
-        places = _places(part, number, volume, spacing) + np.array(part.offset)
-        n = len(places)
+        positions = _positions(part, number, volume, spacing) + np.array(part.offset)
+        n = len(positions)
         width = (volume / n) ** (1.0 / 3.0) if part.size is None else spacing
-        pieces.append((places, *(np.full(n, value) for value in (volume / n, width, part.share / n, index))))
-    position, volumes, widths, share, material = (np.concatenate(columns) for columns in zip(*pieces))
-    return Pellets(position - share @ position / share.sum(), volumes, widths, share / share.sum(), material)
+        pieces.append((positions, *(np.full(n, value) for value in (volume / n, width, part.share / n, index))))
+    position, volumes, widths, fraction, material = (np.concatenate(columns) for columns in zip(*pieces))
+    return Pellets(
+        position - fraction @ position / fraction.sum(), volumes, widths, fraction / fraction.sum(), material
+    )
 
 
-def _places(part: Part, number: int, volume: float, spacing: float) -> np.ndarray:
+def _positions(part: Part, number: int, volume: float, spacing: float) -> np.ndarray:
     """Places (n, 3) [m] of one part's particles about its centre."""
     _fits(part, number, volume)
     if part.size is None:
@@ -89,7 +91,7 @@ def _places(part: Part, number: int, volume: float, spacing: float) -> np.ndarra
 
 
 def sizes(ball: Projectile, spacing: float, materials: Materials) -> list[tuple[float, float]]:
-    """Number of particles of each part, and the width [m] that their support goes by, without a place of any: a box
+    """Number of particles of each part, and the width [m] that their support goes by, without a position of any: a box
     of many cells costs no more than one of few. Of a ball of more than a million the number is that of its volume.
     Raises as ``pellets``."""
     mass, found = float(materials.bulk_density[materials.index(ball.material)]) * ball.volume, []
@@ -100,7 +102,7 @@ def sizes(ball: Projectile, spacing: float, materials: Materials) -> list[tuple[
             found.append((math.prod(float(max(1, round(length / spacing))) for length in part.size), spacing))
             continue
         wanted = volume / spacing**3
-        n = wanted if wanted > MANY else float(len(_places(part, number, volume, spacing)))
+        n = wanted if wanted > MANY else float(len(_positions(part, number, volume, spacing)))
         found.append((n, (volume / n) ** (1.0 / 3.0)))
     return found
 
@@ -109,7 +111,7 @@ def _fits(part: Part, number: int, volume: float) -> None:
     if part.size is not None and volume > math.prod(part.size):
         raise InputError(
             f"[impact.projectile] parts, number {number}: {volume:.3g} m^3 of solid matter do not fit into a box of "
-            f"{math.prod(part.size):.3g} m^3; enlarge its size or lower its share"
+            f"{math.prod(part.size):.3g} m^3; enlarge its size or lower its fraction"
         )
 
 
@@ -147,11 +149,11 @@ def build(
     body = impact.projectile
     index = materials.index(body.material)
     rho0 = materials.bulk_density[index]
-    places, parts = in_ball(body.radius, spacing, symmetry), symmetries.copies(symmetry)
+    positions, parts = in_ball(body.radius, spacing, symmetry), symmetries.copies(symmetry)
     centre = site + body.radius * normal + along * (gap / float(along @ normal))
-    n = len(places)
+    n = len(positions)
     return Body(
-        places + centre,
+        positions + centre,
         np.full(n, rho0 * body.volume / parts / n),
         np.full(n, rho0),
         np.full(n, support * (body.volume / parts / n) ** (1.0 / 3.0)),
@@ -183,13 +185,13 @@ def _of_parts(
 ) -> Body:
     found = pellets(ball, spacing, materials)
     mass = float(materials.bulk_density[materials.index(ball.material)]) * ball.volume
-    places = found.position @ axes_of_flight(along, normal)
+    positions = found.position @ axes_of_flight(along, normal)
     size = found.volume ** (1.0 / 3.0)
-    lowest = float(np.min(places @ normal - 0.5 * size))
+    lowest = float(np.min(positions @ normal - 0.5 * size))
     index = found.material.astype(np.int32)
     return Body(
-        site + along * ((gap - lowest) / float(along @ normal)) + places,
-        mass * found.share,
+        site + along * ((gap - lowest) / float(along @ normal)) + positions,
+        mass * found.fraction,
         materials.bulk_density[index],
         support * found.width,
         np.full(len(size), -1, dtype=np.int32),

@@ -18,12 +18,12 @@ def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
     """Flaws by identity, so that no sorting changes them; one random stream per material. Predamaged material is
     broken and has none."""
     solid = cloud.mass / (cloud.density * cloud.distention)
-    place = np.argsort(cloud.identity)
+    order = np.argsort(cloud.identity)
     streams = np.random.SeedSequence([seed, 77]).spawn(len(materials.names))
     strains: list[np.ndarray] = []
     offset = 0
     for index, name in enumerate(materials.names):
-        mine = place[cloud.material[place] == index]
+        mine = order[cloud.material[order] == index]
         if materials.predamaged(name):
             cloud.root_damage[mine] = 1.0
             continue

@@ -30,7 +30,8 @@ from sph.materials.rows import Materials
 
 SAMPLES = 200_000
 NEAR = 0.3
-"""Up to this share of the body's radius from the site it counts as a ball of its volume: too few samples lie there."""
+"""Up to this fraction of the body's radius from the site it counts as a ball of its volume: too few samples lie
+there."""
 
 
 @lru_cache(maxsize=2)
@@ -119,12 +120,12 @@ def carried(target: Target, materials: Materials, cloud: Cloud) -> np.ndarray:
 
 
 def _companion(target: Target) -> dict[str, Any] | None:
-    """Mass, place and axis of the circle of the body's companion in the frame of the run, at the moment of the
+    """Mass, position and axis of the circle of the body's companion in the frame of the run, at the moment of the
     impact."""
     if (one := target.companion) is None:
         return None
-    place = target.placed.over_equator(one.longitude, one.distance)
-    return {"mass_kg": one.mass, "place_m": place.tolist(), "axis": target.placed.spin_axis.tolist()}
+    position = target.placed.over_equator(one.longitude, one.distance)
+    return {"mass_kg": one.mass, "place_m": position.tolist(), "axis": target.placed.spin_axis.tolist()}
 
 
 def target_json(target: Target, density: float) -> dict[str, Any]:

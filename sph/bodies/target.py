@@ -143,7 +143,7 @@ def target_json(target: Target, profile: Profile, materials: Materials) -> dict:
 
 
 def spacing_law(target: Target, zones: Zones):
-    """Spacing [m] against place, as ``Zones`` says: a function of points (n, 3)."""
+    """Spacing [m] against position, as ``Zones`` says: a function of points (n, 3)."""
     pole = np.array(target.impact_point)
 
     return lambda points: zones.spacing(np.linalg.norm(points - pole, axis=1))
@@ -212,11 +212,11 @@ def build(
             part = Cut(shell, mirrors) if mirrors else shell
             stream = np.random.default_rng(streams[l])
             least = float(zones.spacing(np.array([target.radius - radii[l + 1]]))[0])
-            place, volume = packing.graded(spacing, part, stream, grown_from=(pole, least))
-            points.append(place)
+            centres, volume = packing.graded(spacing, part, stream, grown_from=(pole, least))
+            points.append(centres)
             volumes.append(volume)
-            layers.append(np.full(len(place), l))
-            supports.append(zones.support * spacing(place))
+            layers.append(np.full(len(centres), l))
+            supports.append(zones.support * spacing(centres))
     position, volume = np.concatenate(points), np.concatenate(volumes)
     layer_of, h = np.concatenate(layers), np.concatenate(supports)
     mass = np.empty(len(position))

@@ -13,7 +13,7 @@ A file of this family is named like the value of ``sides`` or ``floor`` that sel
 
 and one of these:
 
-``planes(axis, *ends)``  the ``images.Plane``s that end the axis at the places ``ends`` [m]
+``planes(axis, *ends)``  the ``images.Plane``s that end the axis at the positions ``ends`` [m]
 ``RIM``                  the outermost support radius is a rim that never moves (``sph.boundary.fixed``)
 
 A rim may have a layer before it: ``width(p, target, spacing_far)`` its width [m], ``coefficient(inside, width)`` what

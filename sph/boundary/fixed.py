@@ -1,4 +1,4 @@
-"""A rim that never moves: its particles keep place, density, energy and stress, and carry what leans on them,
+"""A rim that never moves: its particles keep position, density, energy and stress, and carry what leans on them,
 though only half of a shear stress.
 
 One support radius thick, it is a rough rigid wall of any shape: the particles inside have full neighbourhoods.

@@ -24,11 +24,11 @@ from matter.geometry import neighbours
 from sph.pairs.row import (
     ENERGY,
     RHO_INVERSE,
-    SHARE,
     SLOPE,
     SOUND,
     SUPPORT,
     TENSOR,
+    VISCOSITY_FRACTION,
     VOLUME,
     VX,
     XX,
@@ -62,7 +62,7 @@ class Plane(Protocol):
         ``most``) of the plane at ``time`` [s]; ``x`` (n,) [m] along the axis."""
 
     def wrap(self, x: np.ndarray) -> None:
-        """Bring places along the axis (n,) back to the side of the matter, in place."""
+        """Bring positions along the axis (n,) back to the side of the matter, in place."""
 
 
 @parallel_kernel
@@ -83,7 +83,7 @@ def _fill(row, count, owner, sign, shift, drift):
 def _fill_second(second, count, owner, sign, tensor):
     for g in prange(len(owner)):
         source, image = second[owner[g]], second[count + g]
-        image[SHARE], image[ENERGY] = source[SHARE], source[ENERGY]
+        image[VISCOSITY_FRACTION], image[ENERGY] = source[VISCOSITY_FRACTION], source[ENERGY]
         sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
         image[SLOPE], image[SLOPE + 1], image[SLOPE + 2] = (
             source[SLOPE],
@@ -148,15 +148,16 @@ class Images:
         """Whether images may have drifted further than the list reckons with."""
         return self.speed * (time - self.time) > self.margin
 
-    def place(self, position: np.ndarray, reach: np.ndarray) -> np.ndarray:
-        """Make the images of ``position`` (n, 3) that anything within ``reach`` (n,) may see; their places (g, 3)."""
+    def image_positions(self, position: np.ndarray, reach: np.ndarray) -> np.ndarray:
+        """Make the images of ``position`` (n, 3) that anything within ``reach`` (n,) may see; their positions (g,
+        3)."""
         most = float(reach.max())
         count, time = len(position), self.time
-        place, owner = position, np.arange(count)
+        all_positions, owner = position, np.arange(count)
         sign, shift, drift = (np.full((count, 3), value) for value in (1.0, 0.0, 0.0))
         for plane in self.planes:
             pieces = []
-            for which, s, a, b in plane.images(place[:, plane.axis], reach[owner], most, time):
+            for which, s, a, b in plane.images(all_positions[:, plane.axis], reach[owner], most, time):
                 parts = [array[which].copy() for array in (sign, shift, drift)]
                 parts[0][:, plane.axis] *= s
                 parts[1][:, plane.axis] = s * parts[1][:, plane.axis] + a
@@ -165,19 +166,19 @@ class Images:
             owner, sign, shift, drift = (
                 np.concatenate([old, *new]) for old, *new in zip((owner, sign, shift, drift), *pieces)
             )
-            place = sign * position[owner] + shift + drift * time
+            all_positions = sign * position[owner] + shift + drift * time
         self.owner, self.sign, self.shift, self.drift = (
             np.ascontiguousarray(a[count:]) for a in (owner, sign, shift, drift)
         )
-        return place[count:]
+        return all_positions[count:]
 
     def listed(self, position: np.ndarray, reach: np.ndarray, half_width: float) -> neighbours.Neighbours:
         """Neighbours of the particles among particles and images (numbered behind them)."""
         wide = reach + 2.0 * self.margin
-        beyond = self.place(position, wide)
-        place, far = np.concatenate([position, beyond]), np.concatenate([wide, wide[self.owner]])
-        order, grid = neighbours.sort(place, far, half_width)
-        pairs = neighbours.build(place[order], far[order], grid)
+        beyond = self.image_positions(position, wide)
+        all_positions, far = np.concatenate([position, beyond]), np.concatenate([wide, wide[self.owner]])
+        order, grid = neighbours.sort(all_positions, far, half_width)
+        pairs = neighbours.build(all_positions[order], far[order], grid)
         _renumber(order, pairs.index, pairs.entry, pairs.count)
         entry, count = np.empty_like(pairs.entry), np.empty_like(pairs.count)
         entry[order], count[order] = pairs.entry, pairs.count
@@ -188,5 +189,5 @@ class Images:
         _fill(row, count, self.owner, self.sign, self.shift + self.drift * time, self.drift)
 
     def second(self, second: np.ndarray, count: int, tensor: bool) -> None:
-        """The same of second rows: slopes, a share, and where there is one a ``tensor`` by rows."""
+        """The same of second rows: slopes, a fraction, and where there is one a ``tensor`` by rows."""
         _fill_second(second, count, self.owner, self.sign, tensor)

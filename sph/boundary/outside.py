@@ -7,8 +7,8 @@ ground can close.
     wall          the sum of m a over all particles, along its axis
 
 Kicks are booked as ``sph.stepping.leapfrog`` gives them, half a step with the rates before and half with those after,
-angular momentum about the origin at the places of each: what is left of p - p_0 once this is taken away is what pairs
-do not conserve. Along the axis of a wall that is not to be told apart from what the wall gives.
+angular momentum about the origin at the positions of each: what is left of p - p_0 once this is taken away is what
+pairs do not conserve. Along the axis of a wall that is not to be told apart from what the wall gives.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _KEPT = ("given", "rate")
 
 @kernel
 def _book(total, weight, x, p):
-    """Add the momentum ``weight p`` at the place ``x`` to ``total`` (7,)."""
+    """Add the momentum ``weight p`` at the position ``x`` to ``total`` (7,)."""
     for c in range(3):
         total[c] += weight * p[c]
     total[3] += weight * (x[1] * p[2] - x[2] * p[1])

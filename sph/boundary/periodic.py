@@ -49,7 +49,7 @@ class Periodic(NamedTuple):
             yield np.flatnonzero(end), 1.0, shift, 0.0
 
     def wrap(self, x: np.ndarray) -> None:
-        """Bring places along the axis (n,) back between the ends, in place."""
+        """Bring positions along the axis (n,) back between the ends, in place."""
         out = (x < self.low) | (x >= self.high)
         x[out] -= (self.high - self.low) * np.floor((x[out] - self.low) / (self.high - self.low))
 

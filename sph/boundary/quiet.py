@@ -28,8 +28,8 @@ TAKES_MOMENTUM = FLOOR = RIM = True
 RESTS_ON = (fixed,)
 
 ATTENUATION = 2.5  # A: exp(-2 A) = 0.7 %
-SPACINGS, LARGEST_SHARE = 4.0, 0.37
-"""Width that is not given: these far spacings, at most this share of the ground."""
+SPACINGS, LARGEST_FRACTION = 4.0, 0.37
+"""Width that is not given: these far spacings, at most this fraction of the ground."""
 
 
 class Parameters(NamedTuple):
@@ -47,7 +47,7 @@ def width(p: Parameters, target: Target, spacing_far: float) -> float:
     """D [m], for ground whose particles are ``spacing_far`` [m] apart at the edge."""
     if p.edge_width is not None:
         return p.edge_width
-    return min(SPACINGS * spacing_far, LARGEST_SHARE * min(target.radius, target.half_width))
+    return min(SPACINGS * spacing_far, LARGEST_FRACTION * min(target.radius, target.half_width))
 
 
 def coefficient(inside: np.ndarray, width: float) -> np.ndarray:

@@ -19,7 +19,7 @@ TAKES_MOMENTUM = FLOOR = NEEDS_BLOCK = True
 
 
 class Wall(NamedTuple):
-    """``axis`` 0, 1 or 2, place ``at`` [m] at time 0 and ``speed`` V [m/s] along the axis."""
+    """``axis`` 0, 1 or 2, position ``at`` [m] at time 0 and ``speed`` V [m/s] along the axis."""
 
     axis: int
     at: float

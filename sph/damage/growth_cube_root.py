@@ -3,8 +3,8 @@
     d(D^(1/3))/dt = n_act^(1/3) c_g / R_s,   D^(1/3) <= (n_act / n)^(1/3)
 
 n cracks that grow from their own flaws break the fraction D = n (c t / R)^3 of the volume (Grady & Kipp 1980 for a
-distribution of flaws; the cap of the active share as in Benz & Asphaug 1995). R_s is the radius of the sphere of the
-particle's volume.
+distribution of flaws; the cap of the active fraction as in Benz & Asphaug 1995). R_s is the radius of the sphere of
+the particle's volume.
 """
 
 from matter.compilation.jit import law

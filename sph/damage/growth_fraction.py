@@ -1,4 +1,4 @@
-"""Damage growth by the active share of the flaws, as in Spheral (its scalar form of Benz & Asphaug 1994).
+"""Damage growth by the active fraction of the flaws, as in Spheral (its scalar form of Benz & Asphaug 1994).
 
     d(D^(1/3))/dt = (n_act / n) c_g / R_s,   D^(1/3) <= (n_act / n)^(1/3)
 

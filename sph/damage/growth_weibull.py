@@ -24,7 +24,7 @@ def active(strain, least, most, total):
 
 @law
 def counted(opened, total, strain, least, most):
-    """The fitted number of active flaws in place of those that are ``opened``, and of how many."""
+    """The fitted number of active flaws instead of those that are ``opened``, and of how many."""
     return active(strain, least, most, float(total)), float(total)
 
 

@@ -17,7 +17,7 @@ DENSEST, THINNEST = 1e4, 1e-9
 """How far it goes, in rho0."""
 
 
-def of(pressure: Callable[..., Any]) -> Callable[..., float]:
+def density_at_pressure(pressure: Callable[..., Any]) -> Callable[..., float]:
     """The compiled ``density(P, u, rho0, p)`` [kg/m^3] of a law's ``pressure(rho, u, p)``, whose first value is P
     [Pa]; -1 where no density has that pressure."""
 

@@ -25,7 +25,7 @@ from sph.eos import densest
 
 SOURCES = ("Rice1958",)
 NEAR = 0.9
-"""Share of the largest chi from which on the Hugoniot goes straight on."""
+"""Fraction of the largest chi from which on the Hugoniot goes straight on."""
 
 
 class Parameters(NamedTuple):
@@ -82,7 +82,7 @@ def sound_speed(rho, u, p):
     return math.sqrt(max(d_rho + P / (rho * rho) * d_u, 0.0))
 
 
-_densest = densest.of(pressure_and_derivatives)
+_densest = densest.density_at_pressure(pressure_and_derivatives)
 
 
 @law

@@ -46,18 +46,18 @@ from sph.eos import densest, table_slopes
 
 SOURCES = ("Hyman1983", "GregoryDelbourgo1982", "DelbourgoGregory1985")
 Row = None
-# rho0, modulus, energy of the zero, numbers of densities and temperatures, first ln rho, places of the index of the
-# densities in each unit of ln rho, and in all; least heat, its logarithm, places of the index of the energies in each
+# rho0, modulus, energy of the zero, numbers of densities and temperatures, first ln rho, bins of the index of the
+# densities in each unit of ln rho, and in all; least heat, its logarithm, bins of the index of the energies in each
 # unit of ln heat, and in all
 HEAD = 12
 WIDTH = HEAD
 """Least numbers of a row: the head, before the table's own."""
 U, SLOPE_U, Q, SLOPE_Q, RISE, SLOPE_RISE, S, SLOPE_S, FIELDS = range(9)
 REST = 2e-3
-"""Largest pressure at rest, as a share of the bulk modulus."""
+"""Largest pressure at rest, as a fraction of the bulk modulus."""
 GAS = 0.2
-"""From this share on it is a gas."""
-PLACES = 2
+"""From this fraction on it is a gas."""
+BINS = 2
 """Places of the index of energies for each isotherm."""
 
 
@@ -107,11 +107,11 @@ def _inverted(p: Parameters, table: sesame.Table) -> np.ndarray:
     nodes = np.empty((n, k, FIELDS))
     for at, value in ((U, u), (Q, q), (RISE, table_slopes.along_energy(u, q, up)), (S, table.s)):
         nodes[:, :, at], nodes[:, :, at + 1] = value, table_slopes.along_density(x, value, across)
-    places = min(math.ceil((x[-1] - x[0]) / np.diff(x).min()), 16 * n)
-    rate = places / (x[-1] - x[0])
-    index = np.clip(np.searchsorted(x, x[0] + np.arange(places) / rate, side="right") - 1, 0, n - 2)
+    bins = min(math.ceil((x[-1] - x[0]) / np.diff(x).min()), 16 * n)
+    rate = bins / (x[-1] - x[0])
+    index = np.clip(np.searchsorted(x, x[0] + np.arange(bins) / rate, side="right") - 1, 0, n - 2)
     heat, energies = _energy_index(u)
-    head = [p.rho0, 0.0, 0.0, n, k, x[0], rate, places, *heat]
+    head = [p.rho0, 0.0, 0.0, n, k, x[0], rate, bins, *heat]
     numbers = np.concatenate([head, index, x, table.T, u[:, 0], energies.ravel(), nodes.ravel()])
     numbers[2] = _energy_at(p.rho0, p.temperature, numbers)
     P, d_rho, d_u = pressure_and_derivatives(p.rho0, 0.0, numbers)
@@ -129,18 +129,18 @@ def _inverted(p: Parameters, table: sesame.Table) -> np.ndarray:
 
 
 def _energy_index(u: np.ndarray) -> tuple[list[float], np.ndarray]:
-    """Least heat, its logarithm, places in each unit of ln heat and in all; and for each cell of density (n - 1) and
-    place the last isotherm at or below it. Heat is u - u_0 above the coldest isotherm, plus the least heat."""
+    """Least heat, its logarithm, bins in each unit of ln heat and in all; and for each cell of density (n - 1) and
+    bin the last isotherm at or below it. Heat is u - u_0 above the coldest isotherm, plus the least heat."""
     k = u.shape[1]
     heat = u - u[:, :1]
     least = float(np.median(heat[:, 1]))
-    places = PLACES * k
+    bins = BINS * k
     first, last = math.log(least), math.log(heat.max() + least)
-    rate = places / (last - first)
-    edges = np.exp(first + np.arange(places) / rate) - least
+    rate = bins / (last - first)
+    edges = np.exp(first + np.arange(bins) / rate) - least
     isotherm = np.array([np.searchsorted(one, edges, side="right") - 1 for one in heat])
     both = np.clip(np.minimum(isotherm[:-1], isotherm[1:]), 0, k - 2)
-    return [least, first, rate, places], both.astype(float)
+    return [least, first, rate, bins], both.astype(float)
 
 
 def fault(p: Parameters) -> str:
@@ -162,11 +162,11 @@ def modulus(t):
 def _cell(x, t):
     """The last density node at or below ``x`` = ln rho, and the weights of the cubic: of the values and slopes at both
     ends, in the value and in its slope."""
-    n, places = int(t[3]), int(t[7])
-    first = HEAD + places
-    i = int(t[HEAD + min(max(int((x - t[5]) * t[6]), 0), places - 1)])
+    n, bins = int(t[3]), int(t[7])
+    first = HEAD + bins
+    i = int(t[HEAD + min(max(int((x - t[5]) * t[6]), 0), bins - 1)])
     i += int(i < n - 2 and t[first + i + 1] <= x)
-    while i < n - 2 and t[first + i + 1] <= x:  # nodes closer than a place
+    while i < n - 2 and t[first + i + 1] <= x:  # nodes closer than a bin
         i += 1
     low, high = t[first + i], t[first + i + 1]
     h = high - low
@@ -187,7 +187,7 @@ def _cubic(at, across, a, t):
 
 @law(forceinline=True)
 def _slope(at, across, d, t):
-    """The slope in x of ``_cubic`` of the same place, of the weights ``d``."""
+    """The slope in x of ``_cubic`` of the same position, of the weights ``d``."""
     return d[0] * t[at] + d[1] * t[at + 1] + d[2] * t[at + across] + d[3] * t[at + across + 1]
 
 
@@ -195,13 +195,13 @@ def _slope(at, across, d, t):
 def _isotherm(i, u, a, t):
     """Number of the last isotherm but one whose energy is at or below ``u``, where its node stands in the row, its
     energy, and how much that of the next is above it."""
-    n, k, places = int(t[3]), int(t[4]), int(t[11])
+    n, k, bins = int(t[3]), int(t[4]), int(t[11])
     across = k * FIELDS
     cold = HEAD + int(t[7]) + n + k
     index = cold + n
-    nodes = index + (n - 1) * places + i * across
+    nodes = index + (n - 1) * bins + i * across
     heat = max(u - t[cold + i] - a[2] * (t[cold + i + 1] - t[cold + i]), 0.0) + t[8]
-    j = int(t[index + i * places + min(max(int((math.log(heat) - t[9]) * t[10]), 0), places - 1)])
+    j = int(t[index + i * bins + min(max(int((math.log(heat) - t[9]) * t[10]), 0), bins - 1)])
     at = nodes + j * FIELDS
     below, above = _cubic(at, across, a, t), _cubic(at + FIELDS, across, a, t)
     while j < k - 2 and above <= u:
@@ -252,15 +252,15 @@ def pressure_and_derivatives(rho, u, t):
     part, whole = rise * f * f + first * g, rise * (1.0 - 2.0 * g) + (first + last) * g
     if whole == 0.0:
         return rho * q, q + q_x, 0.0
-    share, over = part / whole, rise / whole
+    fraction, over = part / whole, rise / whole
     q_f = over * over * (last * f * f + 2.0 * rise * g + first * (1.0 - f) * (1.0 - f))
     slope = (
         q_x
-        + (share + over * (f * f - share * (1.0 - 2.0 * g))) * rise_x
-        + over * g * ((1.0 - share) * first_x - share * last_x)
+        + (fraction + over * (f * f - fraction * (1.0 - 2.0 * g))) * rise_x
+        + over * g * ((1.0 - fraction) * first_x - fraction * last_x)
         + q_f * f_x
     )
-    q += rise * share
+    q += rise * fraction
     return rho * q, q + slope, rho * q_f / gap
 
 
@@ -285,10 +285,10 @@ def entropy(rho, u, t):
     across = int(t[4]) * FIELDS
     first = HEAD + int(t[7]) + int(t[3]) + j
     cold, hot = t[first], t[first + 1]
-    share = math.log1p(f * (hot / cold - 1.0)) / math.log(hot / cold)
-    s = (1.0 - share) * _cubic(at + S, across, a, t) + share * _cubic(at + FIELDS + S, across, a, t)
-    thin = min(x - t[5], 0.0)  # an ideal gas goes on straight
-    return s + thin * ((1.0 - share) * t[at + SLOPE_S] + share * t[at + FIELDS + SLOPE_S])
+    fraction = math.log1p(f * (hot / cold - 1.0)) / math.log(hot / cold)
+    s = (1.0 - fraction) * _cubic(at + S, across, a, t) + fraction * _cubic(at + FIELDS + S, across, a, t)
+    deficit = min(x - t[5], 0.0)  # an ideal gas goes on straight
+    return s + deficit * ((1.0 - fraction) * t[at + SLOPE_S] + fraction * t[at + FIELDS + SLOPE_S])
 
 
 def _energy_at(rho: float, T: float, t: np.ndarray) -> float:
@@ -301,7 +301,7 @@ def _energy_at(rho: float, T: float, t: np.ndarray) -> float:
     return float(np.interp(T, t[first : first + k], energies))
 
 
-_densest = densest.of(pressure_and_derivatives)
+_densest = densest.density_at_pressure(pressure_and_derivatives)
 
 
 @law

@@ -22,7 +22,7 @@ import numpy as np
 FLAT = 0.03
 BEND, LEAST = 4.0, 0.05
 FALLEN = 1e-6
-"""Share of the span of the energies at one density by which one may fall back before it is more than rounding."""
+"""Fraction of the span of the energies at one density by which one may fall back before it is more than rounding."""
 
 
 def mixed(x: np.ndarray, P: np.ndarray) -> np.ndarray:
@@ -36,12 +36,12 @@ def rising(u: np.ndarray) -> np.ndarray:
     """Energies (n, k) that rise with temperature: where those of a file stand still (its digits) or fall back (a
     stretched solid that gives way to the mixture), straight from the last node before to the first above it."""
     mended = u.copy()
-    place = np.arange(u.shape[1])
+    index = np.arange(u.shape[1])
     tops = np.maximum.accumulate(u, axis=1)
     fresh = np.diff(tops, axis=1, prepend=-np.inf) > 0.0
     for one, new, span in zip(mended, fresh, np.ptp(u, axis=1)):
         if not new.all():
-            one[:] = np.interp(place, place[new], one[new]) + 1e-9 * span * np.maximum(place - place[new][-1], 0)
+            one[:] = np.interp(index, index[new], one[new]) + 1e-9 * span * np.maximum(index - index[new][-1], 0)
     return mended
 
 
@@ -86,8 +86,8 @@ def along_energy(u: np.ndarray, q: np.ndarray, cut: np.ndarray) -> np.ndarray:
     h, cut = np.diff(u, axis=1).T, cut.T
     step = np.diff(q, axis=1).T / h
     left, right, near, far = step[:-1], step[1:], h[:-1], h[1:]
-    share = far / (near + far)
-    size = np.abs(left) ** share * np.abs(right) ** (1.0 - share)
+    fraction = far / (near + far)
+    size = np.abs(left) ** fraction * np.abs(right) ** (1.0 - fraction)
     both = np.where(left * right > 0.0, np.sign(left) * size, 0.0)
     return _chosen(step, cut, both, _power_on(step, h, cut), _power_on(step[::-1], h[::-1], cut[::-1])[::-1]).T
 

@@ -120,7 +120,7 @@ def sound_speed(rho, u, p):
     return math.sqrt(max(d_rho + P / (rho * rho) * d_u, 0.0))
 
 
-_densest = densest.of(pressure_and_derivatives)
+_densest = densest.density_at_pressure(pressure_and_derivatives)
 
 
 @law

@@ -236,7 +236,7 @@ def _fill_friction(rows: Rows, i: int, name: str, choice: Kept) -> None:
 
 
 def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:
-    """Temperature; where it decides about melting, strength and tension go by its share of the way there."""
+    """Temperature; where it decides about melting, strength and tension go by its fraction of the way there."""
     kind = int(rows.eos[i])
     if has_section(name, "thermal", choice):
         values = parameters(temperature.Parameters, name, "thermal", choice)

@@ -63,7 +63,7 @@ def _laws() -> dict[str, Any]:
                 Values | None,
                 Field(
                     None,
-                    description=f"Values of the {family.called} ``{title}`` in place of those in the material's file.",
+                    description=f"Values of the {family.called} ``{title}`` instead of those in the material's file.",
                 ),
             )
     return fields

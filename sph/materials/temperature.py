@@ -10,7 +10,7 @@ read by cubics (error below 1e-6 of u_c). Stretched matter is charged with no mo
 cut: below that density u_c stays. A gas (no modulus) has u_c = 0 and T_0 = 0. Latent heats stand in neither u_c nor
 c_v: above melting T is that of matter that did not melt, an upper bound, and there is no entropy.
 
-Where ``melt_temperature`` is given, heat weakens by temperature in place of energy (``sph.strength.thermal_softening``
+Where ``melt_temperature`` is given, heat weakens by temperature instead of energy (``sph.strength.thermal_softening``
 with u / u_melt = (T - T_0) / (T_m - T_0)).
 """
 
@@ -104,13 +104,13 @@ def _stepped(pressure: Callable[[float, float], float], rho: float, u: float, st
 @law
 def cold_energy(rho, t):
     """u_c [J/kg] at density rho [kg/m^3]; ``t`` as ``row`` makes it."""
-    place = max((rho - t[FIRST]) * t[RATE], 0.0)
-    i = min(int(place), NODES - 2)
-    w, h, at = min(place - i, 1.0), 1.0 / t[RATE], HEAD + 2 * i
+    coordinate = max((rho - t[FIRST]) * t[RATE], 0.0)
+    i = min(int(coordinate), NODES - 2)
+    w, h, at = min(coordinate - i, 1.0), 1.0 / t[RATE], HEAD + 2 * i
     v = 1.0 - w
     u = v * v * (1.0 + 2.0 * w) * t[at] + w * w * (3.0 - 2.0 * w) * t[at + 2]
     u += h * w * v * (v * t[at + 1] - w * t[at + 3])
-    return u + max(place - (NODES - 1), 0.0) * h * t[at + 3]
+    return u + max(coordinate - (NODES - 1), 0.0) * h * t[at + 3]
 
 
 @law

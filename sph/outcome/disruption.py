@@ -24,7 +24,7 @@ def energy(radius: float, density: float, kind: str = "rock") -> float:
     return q0 * size**a + big_b * 1e-3 * density * size**b
 
 
-def share(projectile_mass: float, speed: float, target_mass: float, radius: float, kind: str = "rock") -> float:
+def energy_ratio(projectile_mass: float, speed: float, target_mass: float, radius: float, kind: str = "rock") -> float:
     """Q over Q*_D of an impact; masses [kg], ``speed`` [m/s], ``radius`` of the target [m]."""
     density = target_mass / (4.0 / 3.0 * math.pi * radius**3)
     return 0.5 * projectile_mass * speed**2 / target_mass / energy(radius, density, kind)

@@ -25,7 +25,7 @@ ALL_PAIRS, FINEST = 150_000, 0.1
 """Particles up to which all pairs are summed; opening angle of the tree beyond."""
 
 
-def of(run: Simulation) -> dict[str, Any] | None:
+def energy_balance(run: Simulation) -> dict[str, Any] | None:
     """``times_s`` that were looked at, ``change_J`` of the total energy since the first, and the ``largest_J`` of
     them; None where the history has the energy as well, or there are no two snapshots."""
     i, files = run.integrator, snapshot.series(run.out)

@@ -37,9 +37,9 @@ def leaving(
     """Mass [kg] and momentum (3,) [kg m/s] of what leaves, of particles (n, 3), (n,); ``momentum`` (3,) of the
     projectile, ``normal`` (3,) of the surface; mass and beta of what of it has ``parted`` (n,) bool."""
     centre, drift = (mass @ values / mass.sum() for values in (position, velocity))
-    place, speed = position - centre, velocity - drift
+    offset, speed = position - centre, velocity - drift
     well = tree.wells(position, mass, softening, THETA)
-    gone = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, place) > 0.0)
+    gone = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, offset) > 0.0)
     lost = mass[gone] @ velocity[gone]
     stays = momentum - lost
     more = {}
@@ -58,7 +58,7 @@ def leaving(
     }
 
 
-def of(run: Any) -> dict[str, Any] | None:
+def escaping_mass(run: Any) -> dict[str, Any] | None:
     """The same of a ``Simulation`` as it stands; None without projectile or self-gravity."""
     chosen, cloud = run.settings, run.integrator.cloud
     if chosen.control or not run.integrator.around.self_gravity or chosen.target.flat:

@@ -50,7 +50,7 @@ def find(particles: Particles) -> list[Fragment]:
     ]
 
 
-def largest_share(particles: Particles) -> float:
+def largest_fraction(particles: Particles) -> float:
     """Mass of the largest fragment over that of the target."""
     target = particles.mass[particles.layer >= 0].sum() if "layer" in particles else particles.mass.sum()
     found = find(particles)
@@ -67,14 +67,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
     options = parser.parse_args(arguments)
     try:
         particles = snapshot.read(options.snapshot)
-        found, share = find(particles), largest_share(particles)
+        found, fraction = find(particles), largest_fraction(particles)
     except InputError as reason:
         print(f"{parser.prog}: {reason}", file=sys.stderr)
         return reason.exit_code
     if options.json:
-        print(json.dumps({"largest_over_target": share, "fragments": [piece._asdict() for piece in found[:100]]}))
+        print(json.dumps({"largest_over_target": fraction, "fragments": [piece._asdict() for piece in found[:100]]}))
         return 0
-    print(f"largest fragment {share:.4f} of the target; {len(found)} fragments")
+    print(f"largest fragment {fraction:.4f} of the target; {len(found)} fragments")
     for piece in found[:10]:
         print(f"{piece.mass:12.4g} kg {piece.particles:8d} particles  {np.linalg.norm(piece.velocity):8.3g} m/s")
     return 0

@@ -16,7 +16,7 @@ from sph.simulation import Simulation
 from sph.stepping import flow_reynolds, sides_and_floor, timestep
 
 
-def of(run: Simulation) -> dict[str, Any]:
+def stage_summary(run: Simulation) -> dict[str, Any]:
     """Counts, what limited the steps, drifts of the conserved quantities, the late stage, the flow's Reynolds number
     and warnings."""
     i, ball, s = run.integrator, run.impact, run.settings
@@ -26,7 +26,7 @@ def of(run: Simulation) -> dict[str, Any]:
         "momentum_kg_m_s": mass * ball.speed,
         "angular_momentum_kg_m2_s": mass * ball.speed * run.radius * max(np.sin(ball.angle_from_vertical), 0.1),
     }
-    drift, checked = run.history.drift(), energy_check.of(run)
+    drift, checked = run.history.drift(), energy_check.energy_balance(run)
     by_rows = drift["energy_J"]
     if checked is not None:
         drift["energy_J"] = checked["largest_J"]
@@ -47,7 +47,7 @@ def of(run: Simulation) -> dict[str, Any]:
         "expected_growth_s": durations.crater_time(s.target, s.impact, run.materials, s.strength, s.damage),
         "late": run.late[0] if run.late else None,
         "late_slower": run.late[1:],
-        "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.thinned else None,
+        "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.viscosity_reduced else None,
         "flow": {
             "definition": "Re = 20 v R / (alpha c hbar) of the flow below the crater (sph/stepping/flow_reynolds.py)",
             "least_allowed": flow_reynolds.REYNOLDS_LEAST,
@@ -64,7 +64,7 @@ def of(run: Simulation) -> dict[str, Any]:
         "energy_by_rows_over_projectile": by_rows / scale["energy_J"],
         "drift_over_projectile": {name: drift[name] / scale[name] for name in drift},
         "edges": _edges(run),
-        "escaping": escaping.of(run),
+        "escaping": escaping.escaping_mass(run),
         "peak_pressure": _pressures(run),
         "peak_pressure_Pa": float(i.cloud.peak_pressure.max()),
         "mean_neighbours": float(i.cloud.neighbours[i.cloud.layer >= 0].mean()),
@@ -100,7 +100,7 @@ def _edges(job: Simulation) -> dict[str, Any] | None:
     chosen, taking = {"sides": side, "floor": floor}, boundaries.having("TAKES_MOMENTUM")
     if not set(chosen.values()) & set(taking):
         return None
-    passing = [place for place, name in chosen.items() if name not in ("free", *taking)]
+    passing = [direction for direction, name in chosen.items() if name not in ("free", *taking)]
     more = {"passing": passing} if passing else {}
     first, last = (
         np.array([float(row[name]) for name in COLUMNS]) for row in (job.history.rows[0], job.history.rows[-1])
@@ -116,8 +116,8 @@ def _edges(job: Simulation) -> dict[str, Any] | None:
 
 
 def _pressures(job: Simulation) -> dict[str, Any]:
-    """Largest pressures so far [Pa]: of single particles, by shares of the projectile's mass, and the planar limit at
-    the vertical speed beside them."""
+    """Largest pressures so far [Pa]: of single particles, by fractions of the projectile's mass, and the planar limit
+    at the vertical speed beside them."""
     cloud, ball = job.integrator.cloud, job.impact
     mine = cloud.layer < 0
     pressures: dict[str, Any] = {"target_largest_Pa": float(cloud.peak_pressure[~mine].max())}
@@ -139,8 +139,8 @@ def _pressures(job: Simulation) -> dict[str, Any]:
     return pressures | limit | {"planar_speed_m_s": speed}
 
 
-def _reached(peak: np.ndarray, mass: np.ndarray, share: float) -> float:
-    """The pressure that this ``share`` of the ``mass`` reached or passed."""
+def _reached(peak: np.ndarray, mass: np.ndarray, fraction: float) -> float:
+    """The pressure that this ``fraction`` of the ``mass`` reached or passed."""
     order = np.argsort(-peak)
-    at = int(np.searchsorted(np.cumsum(mass[order]), share * mass.sum() * (1.0 - 1e-12)))
+    at = int(np.searchsorted(np.cumsum(mass[order]), fraction * mass.sum() * (1.0 - 1e-12)))
     return float(peak[order][min(at, len(order) - 1)])

@@ -9,7 +9,7 @@
 The force is the one whose power is the heat, so that momentum and total energy are kept as with plain gradients.
 Beyond them: a rigid rotation heats nothing and its conjugate, the net torque of the stress, is zero; the work done on
 a linear flow is that of the continuum in the layers next to a surface too, where plain gradients see but a part of it.
-What is lost: the density is no longer a function of the places alone (``sph.pairs.start_volumes``). For bodies that
+What is lost: the density is no longer a function of the positions alone (``sph.pairs.start_volumes``). For bodies that
 keep their strength: thin shells, spinning bodies, plates.
 
 A lopsided neighbourhood (surface spray) has no useful inverse: B = 1 there, plain gradients.
@@ -67,14 +67,14 @@ def _loop(scheme: Scheme):
                     czz -= dz * dz * F
                 if start_volumes:
                     # 1 / eta: sums over first volumes as sums over present ones
-                    thin = 1.0 / (row[i, RHO_INVERSE] * start_density[i])
+                    volume_ratio = 1.0 / (row[i, RHO_INVERSE] * start_density[i])
                     cxx, cxy, cxz, cyy, cyz, czz = (
-                        cxx * thin,
-                        cxy * thin,
-                        cxz * thin,
-                        cyy * thin,
-                        cyz * thin,
-                        czz * thin,
+                        cxx * volume_ratio,
+                        cxy * volume_ratio,
+                        cxz * volume_ratio,
+                        cyy * volume_ratio,
+                        cyz * volume_ratio,
+                        czz * volume_ratio,
                     )
                 det = cxx * (cyy * czz - cyz * cyz) - cxy * (cxy * czz - cyz * cxz) + cxz * (cxy * cyz - cyy * cxz)
                 B = inverse[i]
@@ -115,4 +115,4 @@ def _loop(scheme: Scheme):
 def correct(scheme: Scheme, rows: Rows, neighbours) -> None:
     """Fill ``rows.inverse`` (n, 6) with B (xx xy xz yy yz zz), and the tensor in ``rows.second`` with sigma B [Pa],
     row by row."""
-    _loop(scheme)(rows, Pairs.of(neighbours))
+    _loop(scheme)(rows, Pairs.from_neighbours(neighbours))

@@ -113,7 +113,7 @@ def scale(
 
     ``at_rest`` is the sum's value in an undisturbed lattice.
     """
-    _loop(scheme)(rows, Pairs.of(neighbours), start_support, limits[0], limits[1], at_rest, omega)
+    _loop(scheme)(rows, Pairs.from_neighbours(neighbours), start_support, limits[0], limits[1], at_rest, omega)
     _apply(rows.row, omega)
 
 

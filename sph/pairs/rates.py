@@ -39,11 +39,11 @@ from sph.pairs.row import (
     ENERGY,
     MATERIAL,
     RHO_INVERSE,
-    SHARE,
     SLOPE,
     SOUND,
     SUPPORT,
     TENSOR,
+    VISCOSITY_FRACTION,
     VOLUME,
     VX,
     VY,
@@ -109,9 +109,9 @@ def pair_loop(scheme: Scheme):
                     byx, byy, byz = second[i, TENSOR + 3], second[i, TENSOR + 4], second[i, TENSOR + 5]
                     bzx, bzy, bzz = second[i, TENSOR + 6], second[i, TENSOR + 7], second[i, TENSOR + 8]
                 if switched:
-                    share = second[i, SHARE]
+                    fraction = second[i, VISCOSITY_FRACTION]
                 if conducting:
-                    kind, warmth = second[i, MATERIAL], second[i, ENERGY]
+                    kind, u_i = second[i, MATERIAL], second[i, ENERGY]
                 if reconstructed:
                     exx, exy, exz = second[i, SLOPE], second[i, SLOPE + 1], second[i, SLOPE + 2]
                     eyy, eyz, ezz = second[i, SLOPE + 3], second[i, SLOPE + 4], second[i, SLOPE + 5]
@@ -149,26 +149,26 @@ def pair_loop(scheme: Scheme):
                     rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
                     both = 1.0 / (rho_sum * volume_sum)  # one division for two
                     bar = 2.0 * before * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
-                    push = (
+                    viscous_term = (
                         V * bar * monaghan.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
                     )
                     inside = 1.0 if r < hij else 0.0
                     if switched:
-                        push *= 0.5 * (share + t[SHARE, k])
+                        viscous_term *= 0.5 * (fraction + t[VISCOSITY_FRACTION, k])
                     slowest = fast_min(slowest, mu * inside)
                     near += inside
-                    heat += volume * rho_sum * both * push * vr * F
+                    heat += volume * rho_sum * both * viscous_term * vr * F
                     if conducting:
                         alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
                         speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
-                        heat += alike * V * bar * speed * r * (warmth - t[ENERGY, k]) * F
+                        heat += alike * V * bar * speed * r * (u_i - t[ENERGY, k]) * F
                     w = V * before
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
                     if not corrected:
-                        ax += w * (sxx * gx + sxy * gy + sxz * gz) - push * gx
-                        ay += w * (sxy * gx + syy * gy + syz * gz) - push * gy
-                        az += w * (sxz * gx + syz * gy + szz * gz) - push * gz
+                        ax += w * (sxx * gx + sxy * gy + sxz * gz) - viscous_term * gx
+                        ay += w * (sxy * gx + syy * gy + syz * gz) - viscous_term * gy
+                        az += w * (sxz * gx + syz * gy + szz * gz) - viscous_term * gz
                     else:
                         ax += (
                             w
@@ -177,7 +177,7 @@ def pair_loop(scheme: Scheme):
                                 + (bxy + t[TENSOR + 1, k]) * gy
                                 + (bxz + t[TENSOR + 2, k]) * gz
                             )
-                            - push * gx
+                            - viscous_term * gx
                         )
                         ay += (
                             w
@@ -186,7 +186,7 @@ def pair_loop(scheme: Scheme):
                                 + (byy + t[TENSOR + 4, k]) * gy
                                 + (byz + t[TENSOR + 5, k]) * gz
                             )
-                            - push * gy
+                            - viscous_term * gy
                         )
                         az += (
                             w
@@ -195,7 +195,7 @@ def pair_loop(scheme: Scheme):
                                 + (bzy + t[TENSOR + 7, k]) * gy
                                 + (bzz + t[TENSOR + 8, k]) * gz
                             )
-                            - push * gz
+                            - viscous_term * gz
                         )
                     gx, gy, gz = V * gx, V * gy, V * gz
                     lxx -= ux * gx
@@ -240,19 +240,20 @@ def pair_loop(scheme: Scheme):
                     + heat
                 )
                 if start_volumes:
-                    thin = before / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
-                    trace *= thin
+                    volume_ratio = before / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
+                    trace *= volume_ratio
                     lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = (
-                        lxx * thin, lxy * thin, lxz * thin, lyx * thin, lyy * thin, lyz * thin, lzx * thin, lzy * thin,
-                        lzz * thin
+                        lxx * volume_ratio, lxy * volume_ratio, lxz * volume_ratio,
+                        lyx * volume_ratio, lyy * volume_ratio, lyz * volume_ratio,
+                        lzx * volume_ratio, lzy * volume_ratio, lzz * volume_ratio,
                     )  # fmt: skip
                     cxx, cxy, cxz, cyy, cyz, czz = (
-                        cxx * thin,
-                        cxy * thin,
-                        cxz * thin,
-                        cyy * thin,
-                        cyz * thin,
-                        czz * thin,
+                        cxx * volume_ratio,
+                        cxy * volume_ratio,
+                        cxz * volume_ratio,
+                        cyy * volume_ratio,
+                        cyz * volume_ratio,
+                        czz * volume_ratio,
                     )
                 divergence[i] = trace
                 approach[i] = -slowest
@@ -328,5 +329,5 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
     if scheme.conducting and (scheme.corrected or scheme.switched):
-        raise ValueError("conductivity, switch and corrected gradients want one place in the second rows")
-    pair_loop(scheme)(rows, Pairs.of(neighbours), matter, damping, out.sums)
+        raise ValueError("conductivity, switch and corrected gradients want one column of the second rows")
+    pair_loop(scheme)(rows, Pairs.from_neighbours(neighbours), matter, damping, out.sums)

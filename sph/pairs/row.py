@@ -15,10 +15,10 @@ WIDTH = 16
 
 SLOPE = 0
 """Second row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity.reconstructed``)."""
-SHARE = 6
-"""Second row: share of the artificial viscosity (``sph.viscosity.switch``)."""
+VISCOSITY_FRACTION = 6
+"""Second row: fraction of the artificial viscosity (``sph.viscosity.switch``)."""
 MATERIAL = 6
-"""Second row, in the place of ``SHARE``: number of the material (``sph.pairs.conductivity``)."""
+"""Second row, in the column of ``VISCOSITY_FRACTION``: number of the material (``sph.pairs.conductivity``)."""
 ENERGY = 7
 """Second row: specific energy u [J/kg] (``sph.pairs.conductivity``)."""
 TENSOR = 7

@@ -45,7 +45,7 @@ class Pairs(NamedTuple):
     number: np.ndarray
 
     @classmethod
-    def of(cls, neighbours) -> Pairs:
+    def from_neighbours(cls, neighbours) -> Pairs:
         """Of ``matter.geometry.neighbours.Neighbours``."""
         return cls(neighbours.index, neighbours.entry, neighbours.count)
 

@@ -1,4 +1,4 @@
-"""Sums weighted by the volumes of the start, in which the density is a function of the places alone.
+"""Sums weighted by the volumes of the start, in which the density is a function of the positions alone.
 
 With V0 = m / rho_0 and eta = rho / rho_0 (rho_0 the density of the particle at the start of the phase),
 ``sph.pairs.rates`` then computes
@@ -6,7 +6,7 @@ With V0 = m / rho_0 and eta = rho / rho_0 (rho_0 the density of the particle at 
     drho_i = rho_0i sum_j V0_j v_ij . grad_i W    so that rho_i / rho_0i - 1 = change of sum_j V0_j W_ij, while h stays
     a_i    = (1 / rho_0i) sum_j V0_j (sigma_i / eta_i^2 + sigma_j / eta_j^2) . grad_i W  -  viscosity
 
-In one material this is the form of Monaghan (1992) with m / rho^2; between materials volumes take the place of masses,
+In one material this is the form of Monaghan (1992) with m / rho^2; between materials volumes replace masses,
 so that jumps of the density at rest do no harm (Ott & Schnetter 2003; Price 2012). With the present volumes of
 ``sph.pairs.rates`` the divergence is the smoothed one, and what a particle integrates across a steep front is not what
 its neighbourhood is compressed by: behind strong shocks the density is up to 3 % and P up to 5.5 % too high (ice, 10

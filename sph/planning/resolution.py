@@ -74,7 +74,7 @@ def area(target: Target, distance: np.ndarray) -> np.ndarray:
     return whole * np.clip(deepest - shallow, 0.0, None).mean(axis=0)
 
 
-def shares(target: Target, zones: Zones) -> tuple[np.ndarray, np.ndarray]:
+def cumulative_number(target: Target, zones: Zones) -> tuple[np.ndarray, np.ndarray]:
     """Distances [m] from the impact point, and the number of particles within each: the sum of area over spacing^3."""
     reach = (
         solid_target.reach(target.placed)
@@ -91,7 +91,7 @@ def shares(target: Target, zones: Zones) -> tuple[np.ndarray, np.ndarray]:
 
 def count(target: Target, zones: Zones) -> float:
     """Expected number of the target's particles."""
-    return float(shares(target, zones)[1][-1])
+    return float(cumulative_number(target, zones)[1][-1])
 
 
 def solved(target: Target, impact: Impact, particles: int, fine: float, growth: float, contact_radius: float) -> float:

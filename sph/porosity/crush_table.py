@@ -44,7 +44,7 @@ def fault(p: Parameters) -> str:
 
 
 def row(p: Parameters) -> list[float]:
-    """Count, pressures (32 places), openness (32 places): what the compiled laws read."""
+    """Count, pressures (32 values), openness (32 values): what the compiled laws read."""
     pad = [0.0] * (MOST - len(p.pressures))
     scale = p.distentions[0] - 1.0
     return [float(len(p.pressures)), *p.pressures, *pad, *((a - 1.0) / scale for a in p.distentions), *pad]
@@ -78,8 +78,8 @@ def openness(P, t):
     if P >= t[1 + last]:
         return 0.0
     i = _interval(P, t)
-    share = (P - t[1 + i]) / (t[2 + i] - t[1 + i])
-    return (1.0 - share) * t[1 + MOST + i] + share * t[2 + MOST + i]
+    fraction = (P - t[1 + i]) / (t[2 + i] - t[1 + i])
+    return (1.0 - fraction) * t[1 + MOST + i] + fraction * t[2 + MOST + i]
 
 
 @law

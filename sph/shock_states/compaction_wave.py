@@ -58,9 +58,9 @@ def elastic_limit(rows: Rows, m: int) -> State:
             low = rho
         else:
             high = rho
-    share = 1.0 / rest.rho - 1.0 / rho
-    v = float(np.sqrt(P * share))
-    return State(rho, 0.5 * P * share, P, v, P / (rest.rho * v))
+    volume_drop = 1.0 / rest.rho - 1.0 / rho
+    v = float(np.sqrt(P * volume_drop))
+    return State(rho, 0.5 * P * volume_drop, P, v, P / (rest.rho * v))
 
 
 def driven(rows: Rows, m: int, velocity: float) -> Waves:

@@ -16,7 +16,7 @@ from sph.shock_states import hugoniot, law_figure
 SPEEDS = (10, 50, 100, 200, 300, 500, 750, 1000, 1500, 2000, 3000, 4000, 5000, 6000, 7000, 8000, 10000)
 
 
-def draw(law: str, name: str, axes: Any) -> str:
+def draw_hugoniot(law: str, name: str, axes: Any) -> str:
     """Left: shock speed against particle speed. Right: pressure against density on the Hugoniot and cold."""
     rows = collect((name,), {name: Choice.model_validate({"eos": law, "porosity": "none"})}).rows
     pressure, rest = hugoniot.solid(rows, 0)
@@ -55,7 +55,9 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return law_figure.command("eos", "Hugoniot and cold curve of a material.", dispatch.FAMILY.names, draw, arguments)
+    return law_figure.command(
+        "eos", "Hugoniot and cold curve of a material.", dispatch.FAMILY.names, draw_hugoniot, arguments
+    )
 
 
 if __name__ == "__main__":

@@ -78,7 +78,7 @@ def waves(
     """The states behind the one shock, or the two, that bring material from ``ahead`` to ``velocity`` [m/s], the
     faster first; ``steps``: weaker shocks tried. Raises ``ValueError`` as ``behind``."""
     jump = velocity - ahead.v
-    tried = [behind(pressure, ahead, ahead.v + share * jump) for share in np.linspace(0.0, 1.0, steps + 1)[1:]]
+    tried = [behind(pressure, ahead, ahead.v + fraction * jump) for fraction in np.linspace(0.0, 1.0, steps + 1)[1:]]
     speeds = [state.shock_speed for state in tried]
     k = int(np.argmax(speeds))
     if k >= steps - 1:

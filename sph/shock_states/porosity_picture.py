@@ -17,7 +17,7 @@ from sph.shock_states import compaction_wave, law_figure
 SPEEDS = (50, 100, 200, 300, 400, 500, 750, 1000, 1500, 2000, 3000, 5000)
 
 
-def draw(law: str, name: str, axes: Any) -> str:
+def draw_crush_curve(law: str, name: str, axes: Any) -> str:
     """Left: distention against pressure, cold and slow. Right: pressure and distention behind a piston."""
     rows = collect((name,), {name: Choice.model_validate({"porosity": law})}).rows
     grid = np.geomspace(1e3, 3e9, 400)
@@ -41,7 +41,11 @@ def draw(law: str, name: str, axes: Any) -> str:
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
     return law_figure.command(
-        "porosity", "Crush curve and compaction waves of a material.", dispatch.FAMILY.names[1:], draw, arguments
+        "porosity",
+        "Crush curve and compaction waves of a material.",
+        dispatch.FAMILY.names[1:],
+        draw_crush_curve,
+        arguments,
     )
 
 

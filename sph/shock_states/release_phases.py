@@ -14,7 +14,7 @@ from sph.shock_states import isentropic_release
 _TABLE = dispatch.FAMILY.kind("table")
 
 
-def of(materials: Materials) -> dict[str, dict[str, float | str]]:
+def phase_thresholds(materials: Materials) -> dict[str, dict[str, float | str]]:
     """By material: ``melting_temperature_K``; of a table also ``boiling_temperature_K``, the entropies [J/(kg K)]
     ``melting_begins``, ``boiling_begins``, ``vapour`` (``sph.shock_states.isentropic_release``), the shock pressures
     [Pa] at which its own Hugoniot reaches them (``shock_..._Pa``), and the ``table``. Empty where no material has

@@ -18,7 +18,7 @@ from sph.strength import dispatch
 PRESSURES = (0.0, 1e6, 1e7, 3e7, 1e8, 3e8, 1e9, 3e9)
 
 
-def draw(law: str, name: str, axes: Any) -> str:
+def draw_yield_curve(law: str, name: str, axes: Any) -> str:
     """Left: sqrt(J2) at yield against pressure, cold. Right: its softening with specific energy at 1 GPa, intact."""
     rows = collect((name,), {name: Choice.model_validate({"strength": law})}).rows
 
@@ -46,7 +46,9 @@ def draw(law: str, name: str, axes: Any) -> str:
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """The command; returns its exit code."""
-    return law_figure.command("strength", "Yield surface of a material.", dispatch.FAMILY.names[1:], draw, arguments)
+    return law_figure.command(
+        "strength", "Yield surface of a material.", dispatch.FAMILY.names[1:], draw_yield_curve, arguments
+    )
 
 
 if __name__ == "__main__":

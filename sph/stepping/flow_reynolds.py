@@ -48,14 +48,14 @@ def measure(
     mass: np.ndarray,
     half_length: np.ndarray,
     sound: np.ndarray,
-    share: np.ndarray | float,
+    fraction: np.ndarray | float,
     density: np.ndarray,
     rest_density: np.ndarray,
     alpha: float,
     radius: float | None,
 ) -> dict[str, Any] | None:
     """The flow's numbers, for the target's particles (n,), positions [m] and velocities [m/s] (n, 3), ``half_length``
-    hbar [m], speed of ``sound`` [m/s], ``share`` of the viscosity that a switch leaves, ``density`` as it is and at
+    hbar [m], speed of ``sound`` [m/s], ``fraction`` of the viscosity that a switch leaves, ``density`` as it is and at
     rest [kg/m^3]; ``radius`` [m] of a sphere, None for flat ground.
 
     None before there is a crater wider than hbar, or where too few particles lie below it. Without viscosity the
@@ -72,7 +72,7 @@ def measure(
         return None
     m = mass[below] / mass[below].sum()
     speed = math.sqrt(float(m @ np.einsum("ij,ij->i", velocity[below], velocity[below])))
-    taken = alpha * float(m @ np.broadcast_to(share, mass.shape)[below])
+    taken = alpha * float(m @ np.broadcast_to(fraction, mass.shape)[below])
     c, length = float(m @ sound[below]), float(m @ half_length[below])
     number = 20.0 * speed * size / (taken * c * length) if taken > 0.0 else None
     return {

@@ -26,7 +26,7 @@ COLUMNS = (
 
 # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
 DIRECT, FINE = (40_000, 0.3)
-# a body whose own energy is less than this share of the projectile's, and the opening angle that is enough for it
+# a body whose own energy is less than this fraction of the projectile's, and the opening angle that is enough for it
 WEAK, WIDE = (0.1, 0.7)
 
 
@@ -39,8 +39,8 @@ def weak(own_J: float, impact_J: float) -> bool:
 def _at_least(position: np.ndarray, mass: np.ndarray) -> float:
     """The energy [J] of a uniform sphere of the same mass and moment of inertia, than which no spread of mass has
     less: of all potentials that of even density alone grows with r^2, as the variation of both asks."""
-    place = position - mass @ position / mass.sum()
-    spread = float(mass @ np.einsum("ij,ij->i", place, place) / mass.sum())
+    offset = position - mass @ position / mass.sum()
+    spread = float(mass @ np.einsum("ij,ij->i", offset, offset) / mass.sum())
     return 0.6 * tree.G * float(mass.sum()) ** 2 / float(np.sqrt(5.0 / 3.0 * spread))
 
 
@@ -75,9 +75,9 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
     gravitational = integrator.around.down * float(m @ x[:, 2])
     if integrator.around.self_gravity:
-        place, parts = symmetries.unfolded(x, symmetry), symmetries.copies(symmetry)
+        position, parts = symmetries.unfolded(x, symmetry), symmetries.copies(symmetry)
         weight, softening = np.tile(cloud.mass, parts), np.tile(integrator.softening, parts)
-        gravitational += gravitational_energy(place, weight, softening, impact_J)
+        gravitational += gravitational_energy(position, weight, softening, impact_J)
         r = np.linalg.norm(x, axis=1)
         unbound = 0.5 * v2 > tree.G * m.sum() / r
     else:

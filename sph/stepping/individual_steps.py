@@ -24,7 +24,7 @@ MOST = 12
 """The largest k: steps 4096 times the shortest."""
 WITHIN = 2
 """Neighbours' steps differ by at most this power of two."""
-SHARES = (0.03, 0.1, 0.3, 1.0)
+FRACTIONS = (0.03, 0.1, 0.3, 1.0)
 """When it is measured, over the end time: at the first output from then on."""
 
 
@@ -53,11 +53,11 @@ def levels(step: np.ndarray, pairs: Pairs, owner: np.ndarray) -> np.ndarray:
 
 
 def measure(i: Integrator) -> dict[str, Any]:
-    """Time and shortest step [s], particles by k, and the share of visits that would be saved."""
+    """Time and shortest step [s], particles by k, and the fraction of visits that would be saved."""
     c = i.cloud
     step = timestep.steps(c, i.rates, i.evaluated, i.damping.alpha, i.damping.beta, i.numerics.courant)[0]
     owner = np.zeros(0, dtype=np.int64) if i.images is None else i.images.owner
-    level = levels(step, Pairs.of(i.neighbourhood.pairs), owner)
+    level = levels(step, Pairs.from_neighbours(i.neighbourhood.pairs), owner)
     visits = np.maximum(c.neighbours, 0).astype(float)
     saved = 1.0 - float(visits @ 0.5**level) / max(float(visits.sum()), 1.0)
     return {

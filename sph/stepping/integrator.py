@@ -18,7 +18,7 @@ from sph.boundary.outside import Outside
 from sph.materials.rows import Materials
 from sph.pairs import gradients, length_terms, smoothing, start_volumes
 from sph.pairs import rates as pair_rates
-from sph.pairs.row import ENERGY, MATERIAL, SHARE, SLOPE, VOLUME
+from sph.pairs.row import ENERGY, MATERIAL, SLOPE, VISCOSITY_FRACTION, VOLUME
 from sph.pairs.scheme import Rows
 from sph.stepping import late, leapfrog, net_torque, state, timestep
 from sph.stepping.numerics import Numerics
@@ -62,7 +62,9 @@ class Integrator:
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
-        self.youth = YOUNG * float(np.sqrt(radius**3 / (tree.G * cloud.mass.sum() * symmetry.copies(around.symmetry))))
+        self.min_refresh_age = YOUNG * float(
+            np.sqrt(radius**3 / (tree.G * cloud.mass.sum() * symmetry.copies(around.symmetry)))
+        )
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
@@ -162,7 +164,7 @@ class Integrator:
         shift = self.numerics.gravity_shift
         if not self.around.self_gravity:
             return False
-        if shift > 0.0 and self.time - self.gravity_time < self.youth:
+        if shift > 0.0 and self.time - self.gravity_time < self.min_refresh_age:
             return False
         moved_further(
             cloud.position,
@@ -235,7 +237,7 @@ class Integrator:
         if len(self._second) < len(row):
             self._second = np.zeros((len(row), self.scheme.second_width))
         if self.scheme.switched:
-            self._second[: len(cloud), SHARE] = cloud.viscosity
+            self._second[: len(cloud), VISCOSITY_FRACTION] = cloud.viscosity
         if self.scheme.reconstructed:
             self._second[: len(cloud), SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.conducting:
@@ -247,7 +249,7 @@ class Integrator:
             self.images.second(self._second, len(cloud), self.scheme.corrected)
 
     def _follow_switch(self, dt: float) -> None:
-        """The share of the viscosity after a step."""
+        """The fraction of the viscosity after a step."""
         if self.scheme.switched:
             c, r = self.cloud, self.rates
             switches.follow(dt, r.divergence, self.evaluated.sound, c.support_radius, c.viscosity)
@@ -277,7 +279,7 @@ class Integrator:
         self.soft = late.soft(self.materials.rows, sound_speed)
         self.rows = self.soft.rows
 
-    def thin(self, alpha: float, beta: float) -> None:
+    def set_viscosity(self, alpha: float, beta: float) -> None:
         """Go on with these coefficients of the artificial viscosity."""
         self.damping = self.damping._replace(alpha=alpha, beta=beta)
 

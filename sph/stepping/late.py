@@ -139,7 +139,7 @@ def _of_law(cloud, rows, pressure, empty):
 @parallel_kernel
 def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic):
     """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and soften the ``stress`` (n, 5) in
-    place; ``state`` as ``_of_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
+    position; ``state`` as ``_of_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
     mass, rho, material, count = cloud.mass, cloud.density, cloud.material, cloud.neighbours
     pressure, empty = state
     for i in prange(len(rho)):

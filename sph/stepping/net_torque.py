@@ -2,7 +2,7 @@
 
     I b = T,   T = sum m x' (x) (a + g),   a <- a - b (x) x'
 
-with x' the place from the centre of mass, so that no net force comes with it. Pairs that carry shear stress exert
+with x' the position from the centre of mass, so that no net force comes with it. Pairs that carry shear stress exert
 torques that do not cancel (their force is not along the line between them), a frozen field of gravity turns what has
 moved since, and the field of a tree has a net torque of its own.
 """

@@ -78,7 +78,7 @@ class Numerics(Model):
     theta: Annotated[float, Field(gt=0, le=1)] = 0.5
     """Opening angle of the gravity tree (smaller is more accurate)."""
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
-    """Gravity is evaluated again once a bound particle has moved this share of its support radius (0: at every
+    """Gravity is evaluated again once a bound particle has moved this fraction of its support radius (0: at every
     step)."""
     kernel: KernelName = _of_set("kernel")
     """Kernel of the SPH sums; by default that of ``numerics``."""

@@ -49,12 +49,12 @@ from sph.strength.inertial_friction import DIAMETER, I0, RATIO
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
 
 KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "distention", "strain_ratio", "status")
-"""What of ``Evaluated`` a resumed run needs before it evaluates anew."""
+"""What of ``Evaluated`` a resumed run needs before it evaluates again."""
 
 
 @law
 def holding(count):
-    """The share of pressure and stress that a particle with ``count`` neighbours keeps."""
+    """The fraction of pressure and stress that a particle with ``count`` neighbours keeps."""
     return min(max((count - FREE) / (BOUND - FREE), 0.0), 1.0)
 
 
@@ -119,12 +119,12 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
         )
         status[i] = 1 if bad else 0
-        a, thin, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
+        a, inv_distention, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
         if pores is not None:
             if rows.porosity[m] > 0 and late is not None:
                 a = distention[i]
                 strain_ratio[i, 0], strain_ratio[i, 1] = 1.0, 1.0
-                thin = 1.0 / a
+                inv_distention = 1.0 / a
             elif rows.porosity[m] > 0:
                 a, rest, loading, unloading, slow = porosity.compact(
                     rows.porosity[m],
@@ -140,12 +140,12 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 )
                 distention[i] = rest
                 strain_ratio[i, 0], strain_ratio[i, 1] = loading, unloading
-                thin = 1.0 / a
+                inv_distention = 1.0 / a
             present_distention[i] = a
         if late is None:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
-            P *= thin
-            c2 = slow * slow * (d_rho + P * thin / (rho[i] * rho[i]) * d_u)
+            P *= inv_distention
+            c2 = slow * slow * (d_rho + P * inv_distention / (rho[i] * rho[i]) * d_u)
         else:
             P, c2 = late_c2[m] * (rho[i] - late_density[i]), late_c2[m]
         heat = u[i]
@@ -153,10 +153,10 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             heat = temperature.melting(rows.eos[m], rows.eos_row[m], rows.thermal[m], a * rho[i], u[i])
         boiling = heat >= rows.boils[m]  # what boils is no solid, whether its material says when it melts or not
         cut = 0.0 if boiling else rows.tension[m] * thermal_softening.softening(heat, rows.melt[m])
-        P = max(P, -cut * thin)
+        P = max(P, -cut * inv_distention)
         keep = holding(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
-        D, s, carrying = 0.0, keep * thin, rho[i]
+        D, s, carrying = 0.0, keep * inv_distention, rho[i]
         damage_rate[i], damage_cap[i] = 0.0, 0.0
         if strength and G > 0.0:
             root = root_damage[i]
@@ -164,7 +164,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
             D = root * root * root
             law = rows.strength[m]
-            P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * thin)
+            P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * inv_distention)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
             bearing = a * P
@@ -188,7 +188,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             if boiling:
                 limit = 0.0
             if limit <= 0.0:
-                carrying = max(carrying, rows.rho0[m] * thin)
+                carrying = max(carrying, rows.rho0[m] * inv_distention)
             f = von_mises.return_factor(J2, limit)
             if plastic is not None:
                 plastic[i] += (1.0 - f) * math.sqrt(3.0 * J2) / (3.0 * G)
@@ -283,7 +283,7 @@ class Evaluated:
         return Response(self.row, self.pressure, self.wave, self.damage_rate, self.damage_cap, self.status)
 
     def state(self) -> dict[str, np.ndarray]:
-        """What a resumed run needs before it evaluates anew."""
+        """What a resumed run needs before it evaluates again."""
         return {name: getattr(self, name) for name in KEPT}
 
     def restore(self, saved: checkpoint.State) -> None:

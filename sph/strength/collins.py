@@ -5,7 +5,7 @@ damage.
     broken                   Y_d = min(Y_d0 + mu_d P, Y_i)
     sqrt(J2) <= Y = [(1 - D) Y_i + D Y_d] max(1 - u / u_melt, 0)
 
-Eqs. 1-4 there, softening by energy in place of temperature. Y_i0 cohesion, mu_i coefficient of internal friction, Y_M
+Eqs. 1-4 there, softening by energy instead of temperature. Y_i0 cohesion, mu_i coefficient of internal friction, Y_M
 the limiting strength at high pressure, Y_d0 and mu_d of the broken rock, D damage. Under tension both branches go on
 with their slope at P = 0 down to zero (the intact one smoothly). D stands in Y: the shear stress itself is not reduced
 by (1 - D) once more.
@@ -51,10 +51,10 @@ def fault(p: Parameters) -> str:
 @law
 def intact(P, p):
     """Y_i [Pa] of intact rock at pressure P [Pa]."""
-    push = p.internal_friction * P
-    if push <= 0.0:
-        return max(p.cohesion + push, 0.0)
-    return p.cohesion + push / (1.0 + push / (p.limiting_strength - p.cohesion))
+    friction = p.internal_friction * P
+    if friction <= 0.0:
+        return max(p.cohesion + friction, 0.0)
+    return p.cohesion + friction / (1.0 + friction / (p.limiting_strength - p.cohesion))
 
 
 @law

@@ -7,7 +7,7 @@ A [Pa] yield stress, B [Pa] and n hardening, C sensitivity to the rate, m soften
 particle has gathered. At each evaluation it grows by what the radial return takes off, (1 - f) sqrt(3 J2) / (3 G), and
 hardens the next one: explicit, good while a step strains by little. The rate is one number for the material
 (``strain_rate``, for an impact of the order of speed over radius of the projectile): C ln 10 is 0.5 % to 6 % a decade,
-so that the place-to-place rate is left out. T* needs ``[thermal] melt_temperature`` (``sph.materials.temperature``);
+so that the point-to-point rate is left out. T* needs ``[thermal] melt_temperature`` (``sph.materials.temperature``);
 without it, heat is u / melt_energy. Molten (T* = 1) it bears nothing. Damage takes the shear stress as a whole.
 """
 

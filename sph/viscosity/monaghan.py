@@ -5,7 +5,7 @@
         force -m_j Pi grad W, heating w m_j Pi v.grad W, with w of both partners
     together 1 (1/2 in the source; here by volume, see ``sph.pairs.rates``)
 
-Codes differ in what they call h: with the full support in place of hbar the same alpha, beta act twice and four times
+Codes differ in what they call h: with the full support instead of hbar the same alpha, beta act twice and four times
 as strongly, so that the (1, 2) of miluphcuda is (2, 8) here. With the 33 neighbours of h = 2 spacings, single
 projectile particles of an 18 km/s ice impact overshoot the planar limit of 111 GPa to 289 GPa with (1, 2), 209 with
 (1.5, 3), 124 with (2, 8) and 114 with (2, 10), what ``numerics = "monaghan"`` takes (heat shared by halves).

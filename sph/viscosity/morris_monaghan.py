@@ -4,7 +4,7 @@ bounded as by Rosswog et al. 2000).
     df/dt = (1 - f) max(-div v, 0) - (f - f_least) / tau,   tau = hbar / (0.2 c),   hbar = h / 2;
     a pair takes (f_i + f_j) / 2 of Pi
 
-f is the share of alpha and beta alike (the source has beta = 2 alpha throughout). f_least = 0.05 is its alpha = 0.1
+f is the fraction of alpha and beta alike (the source has beta = 2 alpha throughout). f_least = 0.05 is its alpha = 0.1
 where ours is 2. f begins there: what has not been compressed flows with a twentieth of the viscosity.
 
 One step is taken implicitly, f <- (f + dt (S + f_least / tau)) / (1 + dt (S + 1 / tau)): f stays between f_least and 1
@@ -19,7 +19,7 @@ START = LEAST = 0.05
 
 
 @law
-def share(before, dt, divergence, c, h):
+def next_fraction(before, dt, divergence, c, h):
     """f after the step ``dt`` [s], from that ``before``, div v [1/s], the speed of sound c [m/s] and the support
     radius h [m]."""
     source = max(-divergence, 0.0)

@@ -10,7 +10,7 @@ velocity gradient of the evaluation before,
         pairs that meet near the speed of sound keep their jump
     D   = 1 for r/h >= q_c,  else [max(0, 1 - ((q_c - r/h) / 0.2)^2)]^4
         what has come closer than a mean spacing, q_c = spacing / support, keeps it too
-    s   = max(v.x, v.x - phi D M (e_i + e_j) / 2)             takes the place of v.x in mu; the heat keeps the true v.x
+    s   = max(v.x, v.x - phi D M (e_i + e_j) / 2)             replaces v.x in mu; the heat keeps the true v.x
 
 Van Leer's limiter of linear reconstruction (Frontiere, Raskin & Owen 2017, J. Comput. Phys. 332, 160; Rosswog 2020,
 Mon. Not. R. Astron. Soc. 498, 4230) to the fourth power: in condensed matter, where a shock is weak against c, the
@@ -42,5 +42,5 @@ def jump(vx, e_i, e_j, r, r2, h, c, near):
     close = fast_max(near - r / h, 0.0) / WIDTH
     room = fast_max(1.0 - close * close, 0.0)
     room *= room
-    share = agreement * agreement * room * room * slow / (slow + mu * mu + TINY)
-    return fast_max(vx, vx - 0.5 * share * total)
+    fraction = agreement * agreement * room * room * slow / (slow + mu * mu + TINY)
+    return fast_max(vx, vx - 0.5 * fraction * total)

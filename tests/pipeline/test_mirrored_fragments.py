@@ -25,7 +25,9 @@ def test_rock_is_weakest_at_some_hundred_metres():
 def test_share_counts_the_energy_in_the_targets_mass():
     of_basalt = disruption.energy(0.03, 2700.0)
     mass = 2700.0 * 4.0 / 3.0 * 3.14159265 * 0.03**3
-    assert disruption.share(2e-4, 3200.0, mass, 0.03) == pytest.approx(0.5 * 2e-4 * 3200.0**2 / mass / of_basalt)
+    assert disruption.energy_ratio(2e-4, 3200.0, mass, 0.03) == pytest.approx(
+        0.5 * 2e-4 * 3200.0**2 / mass / of_basalt
+    )
 
 
 @pytest.mark.parametrize(("name", "refused"), [("nakamura_fujiwara", True), ("valhalla_980km", False)])

@@ -40,7 +40,7 @@ def disordered(planes, side=8, seed=3, stress=1e8, **options):
     n = len(place)
     rho = 2700.0 * rng.uniform(0.95, 1.05, n)
     body = Body(place, rho.copy(), rho, rng.uniform(1.9, 2.3, n), np.zeros(n, np.int32), np.zeros(n, np.int32))
-    cloud = Cloud.of(body)
+    cloud = Cloud.from_bodies(body)
     cloud.velocity[:] = rng.normal(size=(n, 3)) * 50.0
     cloud.stress[:] = rng.normal(size=(n, 5)) * stress
     i = columns.integrator(cloud, BASALT, 20.0, images=Images(planes), **options)

@@ -30,7 +30,7 @@ def ground(hole=HOLE, pole=0.0):
     rho = np.full(n, 1230.0)
     return dict(
         position=place + [0.0, 0.0, pole], velocity=velocity, mass=rho * SPACING**3, half_length=np.full(n, SPACING),
-        sound=np.full(n, C), share=1.0,
+        sound=np.full(n, C), fraction=1.0,
         density=rho, rest_density=rho, alpha=ALPHA, radius=pole or None,
     )  # fmt: skip
 
@@ -48,7 +48,7 @@ def test_of_a_known_flow():
 def test_it_grows_as_viscosity_falls_and_with_a_switch():
     whole = flow_reynolds.measure(**ground())["reynolds"]
     assert flow_reynolds.measure(**ground() | {"alpha": 0.5 * ALPHA})["reynolds"] == pytest.approx(2.0 * whole)
-    assert flow_reynolds.measure(**ground() | {"share": 0.05})["reynolds"] == pytest.approx(20.0 * whole)
+    assert flow_reynolds.measure(**ground() | {"fraction": 0.05})["reynolds"] == pytest.approx(20.0 * whole)
     assert flow_reynolds.measure(**ground() | {"alpha": 0.0})["reynolds"] is None
 
 

@@ -33,7 +33,7 @@ def test_a_cut_ball_falls_into_its_pieces():
     below, above = (ball.position[:, 2] <= 0.2) & (ball.position[:, 0] < 2), ball.position[:, 2] >= 0.5
     assert [piece.particles for piece in found] == [below.sum(), above.sum(), 1]
     assert found[1].velocity == pytest.approx((0.0, 0.0, 3.0)) and found[0].mass == 2.0 * below.sum()
-    assert fragments.largest_share(ball) == pytest.approx(below.mean())
+    assert fragments.largest_fraction(ball) == pytest.approx(below.mean())
 
 
 def test_the_projectile_is_no_fragment_and_dust_is_none():
@@ -41,7 +41,7 @@ def test_the_projectile_is_no_fragment_and_dust_is_none():
     layer = np.where(ball.position[:, 2] <= 0.2, -1, 0)
     with_projectile = Particles({**ball, "layer": layer}, ball.attributes)
     assert fragments.find(with_projectile)[0].particles == (ball.position[:, 2] >= 0.5).sum()
-    assert fragments.largest_share(Particles({**ball, "damage": np.ones(len(ball))}, ball.attributes)) == 0.0
+    assert fragments.largest_fraction(Particles({**ball, "damage": np.ones(len(ball))}, ball.attributes)) == 0.0
 
 
 def test_the_command(tmp_path, capsys):

@@ -19,7 +19,7 @@ def chain(n: int, spacing: float) -> Pairs:
     place = np.zeros((n, 3))
     place[:, 0] = spacing * np.arange(n)
     h = np.full(n, 1.5)
-    return Pairs.of(neighbours.build(place, h, neighbours.sort(place, h)[1]))
+    return Pairs.from_neighbours(neighbours.build(place, h, neighbours.sort(place, h)[1]))
 
 
 def test_steps_are_powers_of_two_and_neighbours_stay_within_four():

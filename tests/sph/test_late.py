@@ -68,7 +68,7 @@ def ball(material="basalt", **changes):
         np.int32),
         np.full(n, materials.rows.alpha0[0]),
     )  # fmt: skip
-    i = columns.integrator(Cloud.of(body), materials, 5.0)
+    i = columns.integrator(Cloud.from_bodies(body), materials, 5.0)
     i.damage = False
     i.cloud.stress[:] = rng.normal(size=(n, 5)) * 1e6
     i.cloud.velocity[:] = rng.normal(size=(n, 3))

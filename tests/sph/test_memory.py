@@ -30,7 +30,7 @@ def ice(request):
     zero = np.zeros(8000, dtype=np.int32)
 
     def made() -> Integrator:
-        cloud = Cloud.of(
+        cloud = Cloud.from_bodies(
             Body(place * 1e3, rho * 1e9, rho, np.full(8000, 1.03e3 * chosen.support), zero, zero, np.full(8000, 1.1))
         )
         seeding.seed_flaws(cloud, materials, 1)

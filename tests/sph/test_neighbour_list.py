@@ -15,7 +15,7 @@ def cloud_with(lone: float, of_block: float) -> tuple[Cloud, Neighbourhood]:
     place = np.vstack([block, [[50.0, 0.0, 0.0]]])
     n = len(place)
     zero, one = np.zeros(n, dtype=np.int32), np.ones(n)
-    cloud = Cloud.of(Body(place, one, one, 2.6 * one, zero, zero, one))
+    cloud = Cloud.from_bodies(Body(place, one, one, 2.6 * one, zero, zero, one))
     cloud.velocity[-1, 0], cloud.velocity[n - 2, 1] = lone, of_block
     cloud.neighbours[:] = [30] * (n - 1) + [0]
     around = Neighbourhood(cloud, 20.0)

@@ -123,8 +123,10 @@ def test_snapshots_carry_it_for_tables_and_melting_temperatures_alone():
         eos="table", table={"file": SHIPPED["dunite"].file, "rho0": "3320 kg/m^3"},
         thermal={"melt_temperature": "1900 K"},
     )  # fmt: skip
-    facts = release_phases.of(rows.collect(("basalt", "ice"), {"basalt": chosen}))
+    facts = release_phases.phase_thresholds(rows.collect(("basalt", "ice"), {"basalt": chosen}))
     assert set(facts) == {"basalt"} and facts["basalt"]["table"] == "dunite.txt.xz"
     assert facts["basalt"]["melting_temperature_K"] == 1900.0
-    assert release_phases.of(rows.collect(("basalt", "ice"))) == {}
-    assert release_phases.of(rows.collect(("aluminum_6061",)))["aluminum_6061"] == {"melting_temperature_K": 925.0}
+    assert release_phases.phase_thresholds(rows.collect(("basalt", "ice"))) == {}
+    assert release_phases.phase_thresholds(rows.collect(("aluminum_6061",)))["aluminum_6061"] == {
+        "melting_temperature_K": 925.0
+    }

@@ -39,7 +39,7 @@ def burst(limits, first=False, courant=0.3):
     )
     follows = {"smoothing": "density", "shortest": limits[0], "longest": limits[1]} if limits else {}
     i = columns.integrator(
-        Cloud.of(body), BASALT, 6.0, courant=courant, volumes="start" if first else "present", **follows
+        Cloud.from_bodies(body), BASALT, 6.0, courant=courant, volumes="start" if first else "present", **follows
     )
     i.strength = i.damage = False
     i.cloud.specific_energy[:] = 2e7

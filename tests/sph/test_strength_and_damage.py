@@ -82,7 +82,7 @@ def test_broken_material_has_no_flaws_and_a_strongly_graded_body_those_of_its_si
         np.zeros(200, np.int32),
         np.ones(200),
     )
-    broken, whole = Cloud.of(body), Cloud.of(body)
+    broken, whole = Cloud.from_bodies(body), Cloud.from_bodies(body)
     seeding.seed_flaws(broken, collect(("basalt",), {"basalt": Choice(strength="drucker_prager", predamaged=True)}), 1)
     assert len(broken.flaw_strain) == 0 and (broken.root_damage == 1.0).all()
     assert grady_kipp.expected(volume) > seeding.MOST

@@ -9,7 +9,7 @@ import pytest
 from fixtures import columns, shocks, solutions
 from sph.materials.rows import collect
 from sph.pairs import rates, scheme
-from sph.pairs.row import SHARE
+from sph.pairs.row import VISCOSITY_FRACTION
 from sph.viscosity import morris_monaghan
 from tests.sph.test_rates import _Cloud
 from tests.sph.test_smoothing import stopped_and_whole
@@ -17,7 +17,7 @@ from tests.sph.test_smoothing import stopped_and_whole
 
 def test_morris_monaghan_follows_its_equation():
     """Against the exact solution for constant div v, and within its bounds for any step."""
-    law, least = morris_monaghan.share, morris_monaghan.LEAST
+    law, least = morris_monaghan.next_fraction, morris_monaghan.LEAST
     c, h, dt = 1000.0, 100.0, 1e-3
     for divergence in (-2.0, 0.0, 3.0):
         source, fading = max(-divergence, 0.0), 0.4 * c / h
@@ -35,7 +35,7 @@ def test_a_pair_takes_the_mean_share(share):
     c = _Cloud(1000)
     none, whole = c.evaluate(0.0, 0.0), c.evaluate()
     out, second = rates.Rates(1000), np.zeros((1000, 16))
-    second[:, SHARE] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
+    second[:, VISCOSITY_FRACTION] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
     c.summed(scheme.Scheme(switched=True), scheme.rows(c.rows(), second), out, rates.Damping(1.0, 2.0))
     far = np.linalg.norm(c.position - c.position[431], axis=1) > c.support_radius.max()
     for name in ("acceleration", "energy"):

@@ -31,7 +31,7 @@ def ball():
         np.zeros(n, np.int32),
         np.ones(n),
     )
-    i = columns.integrator(Cloud.of(body), materials, 2.0, alpha=0.0, beta=0.0)
+    i = columns.integrator(Cloud.from_bodies(body), materials, 2.0, alpha=0.0, beta=0.0)
     i.damage = False
     i.cloud.velocity[:, 0] = RATE * i.cloud.position[:, 2]
     i.start()
