@@ -32,13 +32,13 @@ def import_snapshot(
     from matter.case import quantity
     from matter.files import archive
 
-    place = Path(out)
-    archive.check_file(place)
+    path = Path(out)
+    archive.check_file(path)
     try:
         when = quantity.parse(time, "s") if isinstance(time, str) else None if time is None else float(time)
     except ValueError as reason:
         raise InputError(f"time: {reason}") from None
-    _, *others = formats.convert(Path(file), place, form, columns, materials, origin, up, when)
+    _, *others = formats.convert(Path(file), path, form, columns, materials, origin, up, when)
     if others:
-        warnings.warn(f"{place}: {'; '.join(others)}", stacklevel=2)
-    return place
+        warnings.warn(f"{path}: {'; '.join(others)}", stacklevel=2)
+    return path

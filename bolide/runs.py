@@ -233,10 +233,10 @@ def _si(value: float | str, unit: str, what: str) -> float:
 
 def open(folder: str | Path) -> Run:
     """The run in a folder. Raises ``InputError`` when it is none."""
-    place = Path(folder)
-    if not (place / "case.used.toml").is_file():
-        raise InputError(f"{place} is not a run folder: it holds no case.used.toml")
-    return Run(place)
+    path = Path(folder)
+    if not (path / "case.used.toml").is_file():
+        raise InputError(f"{path} is not a run folder: it holds no case.used.toml")
+    return Run(path)
 
 
 def run(
@@ -264,17 +264,17 @@ def run(
     from pipeline.running.request import Request
     from pipeline.running.run import run as run_stages
 
-    place = Path(out)
+    folder = Path(out)
     read = going_on.read(
         Path(case),
         preset,
         [f"{key}={toml(value)}" for key, value in settings.items()],
-        place if place != Path("runs") else None,
+        folder if folder != Path("runs") else None,
         size,
     )
     display = screen.SilentScreen() if quiet else screen.screen()
     try:
-        outcome = run_stages(Request(read, place, start, until, threads=threads), display)
+        outcome = run_stages(Request(read, folder, start, until, threads=threads), display)
     finally:
         display.close()
     return Run(outcome.run, outcome.unsound)

@@ -71,7 +71,7 @@ def _for_weight(settings: Settings) -> bool:
     """Whether the step of a bed of a layered sphere is that of softer springs than its material's own."""
     assert settings.target is not None and settings.bed_step is not None and settings.bed_radius is not None
     name = settings.target.layers[-1].material
-    own = at_rest.of(name, settings.densities)
+    own = at_rest.densities_at_rest(name, settings.densities)
     mass = own.bulk / FRACTION * 4.0 / 3.0 * np.pi * settings.bed_radius**3
     stiff = 2.0 * elastic(name, own.solid)[0] * settings.bed_radius
     contact = settings.contact

@@ -1,5 +1,5 @@
 """When a stage writes its next checkpoint: by the clock and by a count of steps, and never so often that writing takes
-more than a stated share of the time.
+more than a stated fraction of the time.
 
 One ``Pace`` holds for all stages of a process (``run_case --checkpoint-every``); it decides nothing about a result.
 """
@@ -27,7 +27,7 @@ class Pace:
     steps: int = 0
 
     @classmethod
-    def of(cls, text: str) -> Pace:
+    def from_text(cls, text: str) -> Pace:
         """From ``"2 min"`` or ``"500 steps"``. Raises ``InputError`` for anything else."""
         counted = re.fullmatch(r"\s*([1-9]\d{0,8})\s+steps?\s*", text)
         if counted:
@@ -42,7 +42,7 @@ class Pace:
 
 
 SHARE = 0.02
-"""Checkpoints by the clock take no more than about this share of the time: a large state is written less often."""
+"""Checkpoints by the clock take no more than about this fraction of the time: a large state is written less often."""
 
 pace = Pace()
 """The pace of this process."""

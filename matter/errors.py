@@ -26,7 +26,7 @@ class Unsound(RuntimeError):
 
 
 class UnphysicalState(RuntimeError):
-    """A particle reached a state that no law covers; the message holds particle, place, time and values."""
+    """A particle reached a state that no law covers; the message holds particle, position, time and values."""
 
     exit_code = 1
 

@@ -60,15 +60,15 @@ FIELDS: dict[str, Field] = {
         (),
         "float32",
         "1",
-        "share of its mass shocked above what begins to melt its material; 0 where that is not known",
+        "fraction of its mass shocked above what begins to melt its material; 0 where that is not known",
     ),
     "melt_fraction": Field(
-        (), "float32", "1", "share of its mass shocked above what melts its material; 0 where that is not known"
+        (), "float32", "1", "fraction of its mass shocked above what melts its material; 0 where that is not known"
     ),
     "vapour_fraction": Field(
-        (), "float32", "1", "share of its mass shocked above what boils its material; 0 where that is not known"
+        (), "float32", "1", "fraction of its mass shocked above what boils its material; 0 where that is not known"
     ),
-    "projectile_fraction": Field((), "float32", "1", "share of its mass that came with the projectile"),
+    "projectile_fraction": Field((), "float32", "1", "fraction of its mass that came with the projectile"),
     "peak_pressure_mean": Field((), "float32", "Pa", "mean of the largest pressures of its matter"),
     "peak_pressure_largest": Field((), "float32", "Pa", "largest pressure that any of its matter felt"),
     "first_depth": Field(

@@ -17,7 +17,7 @@ _listeners: list[Callable[[Progress], None]] = []
 _hearers: list[Callable[[str], None]] = []
 _stop = False
 
-_TELLING = 0.003  # share of the whole from which on an ETA is given within the first minute
+_TELLING = 0.003  # fraction of the whole from which on an ETA is given within the first minute
 
 
 @dataclass

@@ -1,14 +1,14 @@
 """What becomes of a crater's ejecta in the field of the body that they left, its planet, that one's other moons and
 the Sun (the command ``fly_ejecta``).
 
-Read is the catalogue that a crater leaves (``ejecta.h5``: place, time and velocity of each launch, mass, layer, in the
-frame of its run: the impact point on +z, the projectile flies towards +x). On a moon of Jupiter the impact point is
-put at a latitude and a longitude, east of the meridian that faces Jupiter (the leading side is at -90 deg), +x at an
-azimuth, clockwise from north. A body of its own, or alone with the Sun, is the centre of its field.
+Read is the catalogue that a crater leaves (``ejecta.h5``: position, time and velocity of each launch, mass, layer, in
+the frame of its run: the impact point on +z, the projectile flies towards +x). On a moon of Jupiter the impact point
+is put at a latitude and a longitude, east of the meridian that faces Jupiter (the leading side is at -90 deg), +x at
+an azimuth, clockwise from north. A body of its own, or alone with the Sun, is the centre of its field.
 
 The body has the radius R and GM = g R^2 of the run's target; launches from flat ground are laid round the named body,
-arc for distance. It does not turn: speeds are those of the run's frame, and places of landing are in that frame too,
-about the body's centre. No air, no collisions among the ejecta, no attraction by them.
+arc for distance. It does not turn: speeds are those of the run's frame, and positions of landing are in that frame
+too, about the body's centre. No air, no collisions among the ejecta, no attraction by them.
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Launches:
     """Launches (n,) on a sphere of ``radius`` [m] with ``gm`` [m^3/s^2], in the frame of the run about its centre."""
 
     number: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     time: np.ndarray
     velocity: np.ndarray
     mass: np.ndarray
@@ -70,7 +70,7 @@ class Fates:
     names: tuple[str, ...]
     fate: np.ndarray
     time: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     speed: np.ndarray
     steps: np.ndarray
 
@@ -89,7 +89,7 @@ def read(path: Path, body: Body | None) -> Launches:
     if bad:
         raise InputError(f"{path}: {', '.join(bad)} not finite")
     axes = np.reshape(facts["axes"], (3, 3))
-    place, velocity = (arrays["place"] - facts["centre_m"]) @ axes.T, arrays["velocity"] @ axes.T
+    position, velocity = (arrays["place"] - facts["centre_m"]) @ axes.T, arrays["velocity"] @ axes.T
     if facts["frame"] == "sphere":
         radius = float(facts["radius_m"])
         gm = float(facts["gravity_m_s2"]) * radius**2
@@ -97,16 +97,16 @@ def read(path: Path, body: Body | None) -> Launches:
         if body is None:
             raise InputError(f"{path} is of flat ground: name the body that it lies on with --body")
         radius, gm = body.radius, body.gm
-        place, velocity = _round(place, velocity, radius)
+        position, velocity = _round(position, velocity, radius)
     kept = {name: arrays[name] for name in ("number", "time", "mass", "layer")}
-    return Launches(place=place, velocity=velocity, radius=radius, gm=gm, **kept)
+    return Launches(position=position, velocity=velocity, radius=radius, gm=gm, **kept)
 
 
-def _round(place: np.ndarray, velocity: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+def _round(position: np.ndarray, velocity: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """Places and velocities of flat ground laid round a sphere that touches it at the origin: the distance becomes the
     arc, the vertical turns with it."""
-    away = np.hypot(place[:, 0], place[:, 1])
-    out = np.where(away[:, None] > 0.0, place[:, :2] / np.maximum(away, 1e-300)[:, None], [1.0, 0.0])
+    away = np.hypot(position[:, 0], position[:, 1])
+    out = np.where(away[:, None] > 0.0, position[:, :2] / np.maximum(away, 1e-300)[:, None], [1.0, 0.0])
     along = np.column_stack([out, np.zeros(len(out))])
     up, sine, cosine = np.array([0.0, 0.0, 1.0]), np.sin(away / radius)[:, None], np.cos(away / radius)[:, None]
     here, level = cosine * up + sine * along, cosine * along - sine * up
@@ -179,7 +179,7 @@ def fly(launches: Launches, sky: Sky, duration: float, tolerance: float = TOLERA
     """Follow every launch for ``duration`` [s] after the last of them. Raises ``UnphysicalState`` where a step becomes
     too small."""
     here, moving = _body(sky, sky.home, launches.time)
-    states = np.hstack([launches.place @ sky.axes + here, launches.velocity @ sky.axes + moving])
+    states = np.hstack([launches.position @ sky.axes + here, launches.velocity @ sky.axes + moving])
     count = len(states)
     ends, finals = np.zeros((count, 3), np.int64), np.zeros((count, 7))
     until = float(launches.time.max(initial=0.0)) + duration
@@ -193,15 +193,15 @@ def fly(launches: Launches, sky: Sky, duration: float, tolerance: float = TOLERA
     order = [sky.home, *(k for k in range(len(sky.names)) if k != sky.home)]
     fate = np.full(count, len(names) - 1)
     fate[ends[:, 0] == launched.LEFT] = len(names) - 2
-    place, speed = np.full((count, 3), np.nan), np.full(count, np.nan)
+    position, speed = np.full((count, 3), np.nan), np.full(count, np.nan)
     for index, body in enumerate(order):
         hits = (ends[:, 0] == launched.HIT) & (ends[:, 1] == body)
         fate[hits] = index
         x, v = _body(sky, body, finals[hits, 0])
         speed[hits] = np.linalg.norm(finals[hits, 4:] - v, axis=1)
         if body == sky.home:
-            place[hits] = (finals[hits, 1:4] - x) @ sky.axes.T
-    return Fates(names, fate, finals[:, 0], place, speed, ends[:, 2])
+            position[hits] = (finals[hits, 1:4] - x) @ sky.axes.T
+    return Fates(names, fate, finals[:, 0], position, speed, ends[:, 2])
 
 
 def _body(sky: Sky, body: int, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -242,12 +242,12 @@ def _tenths(value: np.ndarray, mass: np.ndarray) -> list[float]:
     """What a tenth, half and nine tenths of the mass stay below."""
     order = np.argsort(value, kind="stable")
     below = np.cumsum(mass[order])
-    return [float(value[order][np.searchsorted(below, share * below[-1])]) for share in (0.1, 0.5, 0.9)]
+    return [float(value[order][np.searchsorted(below, fraction * below[-1])]) for fraction in (0.1, 0.5, 0.9)]
 
 
 def distances(launches: Launches, fates: Fates) -> np.ndarray:
     """Distance (n,) [m] along the ground from the impact point to where each fell back; NaN of what did not."""
-    return launches.radius * np.arctan2(np.hypot(fates.place[:, 0], fates.place[:, 1]), fates.place[:, 2])
+    return launches.radius * np.arctan2(np.hypot(fates.position[:, 0], fates.position[:, 1]), fates.position[:, 2])
 
 
 def write(launches: Launches, fates: Fates, folder: Path, how: Mapping[str, Any]) -> None:
@@ -258,8 +258,12 @@ def write(launches: Launches, fates: Fates, folder: Path, how: Mapping[str, Any]
         "layer": (launches.layer, "1", "layer of the target, counted from the centre; -1 is the projectile"),
         "fate": (fates.fate, "1", "index into the file's attribute 'fates'"),
         "time": (fates.time, "s", "when the flight ended, after the first contact"),
-        "landing": (fates.place, "m", "where it fell back, about the body's centre, impact point on +z; else NaN"),
-        "distance": (distances(launches, fates), "m", "distance of that place from the impact point along the ground"),
+        "landing": (fates.position, "m", "where it fell back, about the body's centre, impact point on +z; else NaN"),
+        "distance": (
+            distances(launches, fates),
+            "m",
+            "distance of that position from the impact point along the ground",
+        ),
         "speed": (fates.speed, "m/s", "speed relative to the body that it hit; NaN where it hit none"),
     }
     archive.write(folder / "ejecta_fates.h5", arrays, {"fates": list(fates.names), **how})
@@ -284,13 +288,13 @@ def command(path: Path, name: str | None, site: Site, duration: float, seed: int
         "latitude_rad": site.latitude, "longitude_rad": site.longitude, "azimuth_rad": site.azimuth, "seed": seed,
     }  # fmt: skip
     write(launches, fates, out, how)
-    for line in lines(masses(launches, fates), sky.names[sky.home], duration):
+    for line in fate_lines(masses(launches, fates), sky.names[sky.home], duration):
         print(line)
     print(f"{out / 'ejecta_fates.h5'}: each launch with its fate")
     return 0
 
 
-def lines(found: Mapping[str, Any], home: str, duration: float) -> list[str]:
+def fate_lines(found: Mapping[str, Any], home: str, duration: float) -> list[str]:
     """Masses by fate in words."""
     said = [f"{found['particles']} launches from {home}, followed for {duration / 86400.0:.4g} days"]
     for body in ("target", "projectile"):

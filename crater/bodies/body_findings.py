@@ -71,7 +71,7 @@ class BodyStage:
             "snapshot": self.path.relative_to(run).as_posix(),
             "time_s": self.time,
             "noise_spacings": seen.chart.noise,
-            "points": len(seen.chart.points.place),
+            "points": len(seen.chart.points.position),
             "measures": {name: entry.as_dict() for name, entry in self.measures.items()},
             "vectors": {name: value.tolist() for name, value in vectors.items()},
             "vectors_own_frame": {name: (value @ turn).tolist() for name, value in vectors.items()},
@@ -142,7 +142,7 @@ def write_map(stage: BodyStage, path: Path) -> None:
     from matter.files import surface_file
 
     chart, placed = stage.seen.chart, stage.seen.shape.placed
-    own = chart.points.place @ placed.turn
+    own = chart.points.position @ placed.turn
     latitude, longitude = latitude_longitude(own)
     fields = {
         "height_change": (chart.change, "m", "height after less height before the impact, along the normal"),

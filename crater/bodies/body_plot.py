@@ -36,7 +36,7 @@ def draw_all(stage: BodyStage, folder: Path) -> None:
 def on_directions(stage: BodyStage, values: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Values (n,) of the map in some directions (m, 3) from the centre in the body's own frame, mixed of the nearest
     points."""
-    own = stage.seen.chart.points.place @ stage.seen.shape.placed.turn
+    own = stage.seen.chart.points.position @ stage.seen.shape.placed.turn
     tree = cKDTree(own / np.linalg.norm(own, axis=1)[:, None])
     away, near = tree.query(direction, k=_MIXED)
     weight = 1.0 / np.maximum(away, 1e-9) ** 2

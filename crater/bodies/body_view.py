@@ -32,7 +32,7 @@ def of_stage(stage: BodyStage, title: str) -> str:
     if not drawing.has():
         return ""
     chart = coarsened(stage)
-    return html(data(stage, chart), title) if len(chart.points.place) <= _CORNERS else ""
+    return html(data(stage, chart), title) if len(chart.points.position) <= _CORNERS else ""
 
 
 def data(stage: BodyStage, chart: HeightMap) -> dict[str, Any]:
@@ -90,20 +90,20 @@ def html(content: Mapping[str, Any], title: str) -> str:
 def coarsened(stage: BodyStage) -> HeightMap:
     """The map, or what it says at fewer points."""
     chart = stage.seen.chart
-    n = len(chart.points.place)
+    n = len(chart.points.position)
     if n <= MOST_POINTS:
         return chart
-    near = cKDTree(chart.points.place)
+    near = cKDTree(chart.points.position)
 
     def spread_points(wider: float) -> Points:
         """Points that are this much further apart."""
-        return stage.seen.shape.points(lambda position: wider * chart.spacing[near.query(position)[1]])
+        return stage.seen.shape.surface_points(lambda position: wider * chart.spacing[near.query(position)[1]])
 
     wider, fewer = np.sqrt(n / MOST_POINTS), chart.points
     for _ in range(6):  # a mesh of many facets has no fewer corners than these
         wider *= 1.2
         fewer = spread_points(wider)
-        if len(fewer.place) <= MOST_POINTS:
+        if len(fewer.position) <= MOST_POINTS:
             break
-    _, here = near.query(fewer.place)
+    _, here = near.query(fewer.position)
     return HeightMap(fewer, chart.spacing[here], chart.before[here], chart.after[here], chart.noise, chart.deep[here])

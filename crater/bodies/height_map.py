@@ -54,7 +54,7 @@ class HeightMap(NamedTuple):
     def ground(self, after: bool) -> np.ndarray:
         """Places (n, 3) [m] of the ground before or after."""
         height = self.after if after else self.before
-        return self.points.place + height[:, None] * self.points.normal
+        return self.points.position + height[:, None] * self.points.normal
 
     @property
     def resurfaced_fraction(self) -> float:
@@ -73,8 +73,8 @@ class HeightMap(NamedTuple):
 
 def surface_change(shape: Shape, before: Look, after: Look) -> HeightMap:
     """The map of a body between two looks at it."""
-    points = shape.points(lambda position: levels.local_spacing(before.cloud, position))
-    spacing = levels.local_spacing(before.cloud, points.place)
+    points = shape.surface_points(lambda position: levels.local_spacing(before.cloud, position))
+    spacing = levels.local_spacing(before.cloud, points.position)
     first = levels.heights(shape, points, before.cloud)
     last = levels.heights(shape, points, after.cloud)
     away = first - np.median(first)
@@ -107,11 +107,11 @@ def resurfaced_depth(
     rests = unmoved(before, after)
     foot = shape.under(before.cloud.position)
     top = foot.height + 0.5 * before.size
-    feet = cKDTree(foot.place)
-    deep = np.zeros(len(points.place))
-    for i, near in enumerate(feet.query_ball_point(points.place, UNDER * spacing)):
+    feet = cKDTree(foot.position)
+    deep = np.zeros(len(points.position))
+    for i, near in enumerate(feet.query_ball_point(points.position, UNDER * spacing)):
         if not near:
-            near = [int(feet.query(points.place[i])[1])]
+            near = [int(feet.query(points.position[i])[1])]
         here = np.asarray(near)
         was = top[here].max()
         held = here[rests[here]]

@@ -87,24 +87,24 @@ def heights(shape: Shape, points: Points, cloud: Cloud) -> np.ndarray:
     """Height (n,) [m] of the ground of a ``cloud``, as it would stand about the body of before, over every one of the
     ``points``. Where no column of matter is found the nearest one's stands in."""
     foot = shape.under(cloud.position)
-    spacing = local_spacing(cloud, points.place)
-    n = len(points.place)
-    columns = cKDTree(points.place)
+    spacing = local_spacing(cloud, points.position)
+    n = len(points.position)
+    columns = cKDTree(points.position)
     top = np.full(n, -np.inf)
-    pairs = list(_pairs(columns, foot.place, 0.565 * _WIDER * cloud.spacing))
+    pairs = list(_pairs(columns, foot.position, 0.565 * _WIDER * cloud.spacing))
     for pair, particle in pairs:
-        _highest(pair, particle, points.place, points.normal, cloud.position, cloud.spacing, top)
+        _highest(pair, particle, points.position, points.normal, cloud.position, cloud.spacing, top)
     top = _filled(points, np.where(np.isfinite(top), top, np.nan))
     step = spacing / STEPS
     low = top - BELOW * spacing
     colour = np.zeros((n, int((BELOW + ABOVE) * STEPS) + 1), dtype=np.float32)
     # what lies deep below the ground that its column shows says nothing of it
-    nearest = columns.query(foot.place)[1]
+    nearest = columns.query(foot.position)[1]
     seen = np.flatnonzero(foot.height > low[nearest] - (2.0 + BELOW) * cloud.spacing)
-    for pair, particle in _pairs(columns, foot.place[seen], 2.0 * _WIDER * cloud.spacing[seen]):
+    for pair, particle in _pairs(columns, foot.position[seen], 2.0 * _WIDER * cloud.spacing[seen]):
         rows = seen[particle]
         _add(
-            pair, rows, points.place, points.normal, cloud.position, cloud.volume, cloud.spacing, low, step, colour
+            pair, rows, points.position, points.normal, cloud.position, cloud.volume, cloud.spacing, low, step, colour
         )  # fmt: skip
     height = np.empty(n)
     _crossed(colour, low, step, STEPS, height)
@@ -126,7 +126,7 @@ def _filled(points: Points, values: np.ndarray) -> np.ndarray:
     known = np.isfinite(values)
     if known.all() or not known.any():
         return np.nan_to_num(values) if not known.any() else values
-    nearest = cKDTree(points.place[known]).query(points.place[~known])[1]
+    nearest = cKDTree(points.position[known]).query(points.position[~known])[1]
     values = values.copy()
     values[~known] = values[known][nearest]
     return values

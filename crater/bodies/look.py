@@ -54,7 +54,7 @@ class Rigid(NamedTuple):
 def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, rise: float, what: str) -> Look:
     """The body in ``particles``: what would rise above ``rise`` [m] at ``gravity`` [m/s^2] flies. Raises
     ``InputError`` where no body is left."""
-    pose = standing.of(particles)
+    pose = standing.pose(particles)
     position = pose.back(particles.position)
     solid = particles.state == 0 if "state" in particles else np.ones(len(particles), dtype=bool)
     cloud = clouds.particle_cloud(particles, what)

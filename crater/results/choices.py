@@ -58,7 +58,7 @@ class Choices:
 
     def seen(self, particles: Particles) -> Particles:
         """A snapshot as it is measured. Raises ``InputError`` where too little of a body is left."""
-        return particles if self.ground is None else self.ground.of(particles)
+        return particles if self.ground is None else self.ground.flattened(particles)
 
     def ground_before(self) -> Undisturbed | None:
         """The ground before the impact, measured; None where it is not at hand."""

@@ -42,7 +42,7 @@ def expected(settings: Settings) -> Expected:
     contact, diameter = settings.contact, settings.impact.expected_transient_diameter
     top, g = settings.headroom_fraction * diameter, at_rest.surface_gravity(target, settings.densities)
     name = target.layers[-1].material
-    own = at_rest.of(name, settings.densities)
+    own = at_rest.densities_at_rest(name, settings.densities)
     rho = own.bulk
     filled = FILLED[settings.packing]
     if target.flat:
@@ -82,7 +82,7 @@ def of_flat(settings: Settings, target: Target) -> tuple[Container, Grading, flo
 def hard(settings: Settings) -> bool:
     """Whether a bed on a sphere gets springs for its weight alone (``Contact.of_weight``)."""
     target = settings.target
-    own = at_rest.of(target.layers[-1].material, settings.densities)
+    own = at_rest.densities_at_rest(target.layers[-1].material, settings.densities)
     pressure = own.bulk * at_rest.surface_gravity(target, settings.densities) * _depth(settings)
     return settings.contact.of_weight(target.layers[-1].material, pressure, own.solid)
 
@@ -98,7 +98,7 @@ def _of_body(settings: Settings) -> Expected:
     """The same of an ellipsoid or mesh, which the grains fill as a whole."""
     target, contact = settings.target, settings.contact
     volume = target.placed.solid.volume
-    rho = at_rest.of(target.layers[-1].material, settings.densities).bulk
+    rho = at_rest.densities_at_rest(target.layers[-1].material, settings.densities).bulk
     grain = (SOLID_FRACTION * volume / settings.count * 0.75 / math.pi) ** (1.0 / 3.0)
     r, mass = np.array([grain]), np.array([rho * volume / settings.count])
     pressure = 0.5 * rho * at_rest.surface_gravity(target, settings.densities) * target.radius

@@ -69,7 +69,7 @@ class Patch:
 
 @lru_cache(maxsize=4)
 def _pull(solid: Solid, height: float) -> np.ndarray:
-    return attraction.of(solid, np.array([0.0, 0.0, height]))
+    return attraction.attraction_at(solid, np.array([0.0, 0.0, height]))
 
 
 def felt_at_site(body: SolidBody, normal: np.ndarray) -> tuple[float, float]:
@@ -102,15 +102,15 @@ def lie(placed: Placed, axes: tuple[float, float, float] | None, within: float) 
         z = z_0 + t . x - x K x / 2        z along the normal of that triangle, x across it
     """
     site = np.array([0.0, 0.0, placed.height])
-    points = Shape(placed, axes).points(
+    points = Shape(placed, axes).surface_points(
         lambda position: np.maximum(within / 6.0, 0.5 * np.linalg.norm(position - site, axis=1) - 0.5 * within)
     )
-    away = np.linalg.norm(points.place - site, axis=1)
+    away = np.linalg.norm(points.position - site, axis=1)
     # the far side of a thin body may be as near
     facing = points.normal @ placed.normal > 0.0
     reach = max(within, float(np.sort(away[facing])[: _FEWEST + 1][-1])) if facing.any() else within
     near = facing & (away <= reach)
-    x, y, z = placed.from_site(points.place[near]).T / within
+    x, y, z = placed.from_site(points.position[near]).T / within
     table = np.column_stack([np.ones(len(x)), x, y, -0.5 * x * x, -x * y, -0.5 * y * y])
     weight = np.sqrt(points.area[near])
     _, east, north, xx, xy, yy = np.linalg.lstsq(table * weight[:, None], z * weight, rcond=None)[0]

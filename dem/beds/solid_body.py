@@ -85,7 +85,7 @@ class SolidBody:
     def expected(target: Target, densities: Mapping[str, AtRest]) -> SolidBody:
         """The body of a ``target`` before there is a ``target.json``, as dense as its material is at rest."""
         placed, one, name = target.placed, target.companion, target.layers[0].material
-        mass = at_rest.of(name, densities).bulk * placed.solid.volume
+        mass = at_rest.densities_at_rest(name, densities).bulk * placed.solid.volume
         companion = None
         if one is not None:
             companion = one.mass, placed.over_equator(one.longitude, one.distance), placed.spin_axis

@@ -44,7 +44,7 @@ class Patch:
     def laid(self, particles: Particles) -> Particles:
         """A snapshot as flat ground: the frame is ``plane``, what the body's own gravity was is left out."""
         known = {name: values for name, values in particles.items() if name != "gravity"}
-        flat = self.ground.of(Particles(known, particles.attributes))
+        flat = self.ground.flattened(Particles(known, particles.attributes))
         flat.attributes = {**particles.attributes, "frame": "plane"}
         return flat
 

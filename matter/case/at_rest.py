@@ -44,7 +44,7 @@ def of_file(name: str) -> AtRest:
     return AtRest(solid=solid, bulk=solid / alpha0)
 
 
-def of(name: str, densities: Mapping[str, AtRest]) -> AtRest:
+def densities_at_rest(name: str, densities: Mapping[str, AtRest]) -> AtRest:
     """The case's own densities of a material, where it has any; those of its file otherwise."""
     return densities[name] if name in densities else of_file(name)
 
@@ -61,6 +61,6 @@ def surface_gravity(target: Target, densities: Mapping[str, AtRest]) -> float:
         return target.gravity
     mass, inner = 0.0, 0.0
     for layer, outer in zip(target.layers, target.outer_radii):
-        mass += 4.0 / 3.0 * math.pi * (outer**3 - inner**3) * of(layer.material, densities).bulk
+        mass += 4.0 / 3.0 * math.pi * (outer**3 - inner**3) * densities_at_rest(layer.material, densities).bulk
         inner = outer
     return G * mass / target.radius**2

@@ -84,7 +84,7 @@ def _content(name: str) -> dict[str, Any]:
 
 
 def _value(name: str, title: str, key: str, value: Any) -> Any:
-    """What a key of a section holds: a text, the place of a table (``file``, beside the material's file), numbers."""
+    """What a key of a section holds: a text, the path of a table (``file``, beside the material's file), numbers."""
     if key in WORDS:
         return value
     try:

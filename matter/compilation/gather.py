@@ -72,8 +72,8 @@ def _columns(wide: int):
                 for start in starts
             ]
             for c, column in enumerate(_transposed(builder, read)):
-                place = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), args[3])
-                builder.store(column, at(out.data, place), align=8)
+                address = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), args[3])
+                builder.store(column, at(out.data, address), align=8)
         return context.get_dummy_value()
 
     return codegen
@@ -118,7 +118,7 @@ def _starts(context, builder, table, index, k) -> list:
     return offsets
 
 
-def _column_places(context, builder, scratch, first, k) -> list:
+def _column_addresses(context, builder, scratch, first, k) -> list:
     """Offsets of scratch[first + c, k], c = 0 ... 7."""
     integer = context.get_value_type(types.intp)
     stride = cgutils.unpack_tuple(builder, scratch.shape)[1]
@@ -138,8 +138,10 @@ def take_rows(typingctx, table, index, k, scratch, first):
             builder.load(_wide(builder, rows, start), align=8)
             for start in _starts(context, builder, rows, listed, args[2])
         ]
-        for place, column in zip(_column_places(context, builder, out, args[4], args[2]), _transposed(builder, read)):
-            builder.store(column, _wide(builder, out, place), align=8)
+        for address, column in zip(
+            _column_addresses(context, builder, out, args[4], args[2]), _transposed(builder, read)
+        ):
+            builder.store(column, _wide(builder, out, address), align=8)
         return context.get_dummy_value()
 
     return types.none(table, index, types.intp, scratch, types.intp), codegen
@@ -163,8 +165,10 @@ def take_row_pairs(typingctx, table, one, two, k, scratch, first):
                     *(builder.load(_wide(builder, rows, start, 4), align=8) for start in (a, b)), both
                 )
             )
-        for place, column in zip(_column_places(context, builder, out, args[5], args[3]), _transposed(builder, read)):
-            builder.store(column, _wide(builder, out, place), align=8)
+        for address, column in zip(
+            _column_addresses(context, builder, out, args[5], args[3]), _transposed(builder, read)
+        ):
+            builder.store(column, _wide(builder, out, address), align=8)
         return context.get_dummy_value()
 
     return types.none(table, one, two, types.intp, scratch, types.intp), codegen
@@ -177,8 +181,8 @@ def put_rows(typingctx, scratch, first, k, index, table):
     def codegen(context, builder, signature, args):
         source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
         read = [
-            builder.load(_wide(builder, source, place), align=8)
-            for place in _column_places(context, builder, source, args[1], args[2])
+            builder.load(_wide(builder, source, address), align=8)
+            for address in _column_addresses(context, builder, source, args[1], args[2])
         ]
         for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
             builder.store(row, _wide(builder, rows, start), align=8)
@@ -199,8 +203,8 @@ def add_rows(typingctx, scratch, first, k, index, table):
         source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
         integer = context.get_value_type(types.intp)
         read = [
-            builder.load(_wide(builder, source, place), align=8)
-            for place in _column_places(context, builder, source, args[1], args[2])
+            builder.load(_wide(builder, source, address), align=8)
+            for address in _column_addresses(context, builder, source, args[1], args[2])
         ]
         for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
             for lanes in ([0, 1, 2, 3], [4, 5]):
@@ -212,8 +216,8 @@ def add_rows(typingctx, scratch, first, k, index, table):
                         [ir.Constant(ir.IntType(32), lane) for lane in lanes],
                     ),
                 )
-                place = _wide(builder, rows, builder.add(start, ir.Constant(integer, lanes[0])), len(lanes))
-                builder.store(builder.fadd(builder.load(place, align=8), part), place, align=8)
+                address = _wide(builder, rows, builder.add(start, ir.Constant(integer, lanes[0])), len(lanes))
+                builder.store(builder.fadd(builder.load(address, align=8), part), address, align=8)
         return context.get_dummy_value()
 
     return types.none(scratch, types.intp, types.intp, index, table), codegen
@@ -232,8 +236,8 @@ def prefetch_row(typingctx, table, i):
         fetch = cgutils.get_or_insert_function(
             builder.module, ir.FunctionType(ir.VoidType(), [byte, flag, flag, flag]), "llvm.prefetch.p0"
         )
-        place = builder.bitcast(builder.gep(rows.data, [builder.mul(i, width)]), byte)
-        builder.call(fetch, [place, *(ir.Constant(flag, value) for value in (0, 3, 1))])
+        address = builder.bitcast(builder.gep(rows.data, [builder.mul(i, width)]), byte)
+        builder.call(fetch, [address, *(ir.Constant(flag, value) for value in (0, 3, 1))])
         return context.get_dummy_value()
 
     return types.none(table, i), codegen
@@ -293,7 +297,7 @@ def reserve(typingctx, cursor, many):
     """Add ``many`` to cursor[0] (int64) atomically; its value before."""
 
     def codegen(context, builder, signature, args):
-        place = make_array(signature.args[0])(context, builder, value=args[0])
-        return builder.atomic_rmw("add", place.data, args[1], "monotonic")
+        address = make_array(signature.args[0])(context, builder, value=args[0])
+        return builder.atomic_rmw("add", address.data, args[1], "monotonic")
 
     return types.int64(cursor, types.int64), codegen

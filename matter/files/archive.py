@@ -189,15 +189,15 @@ def check_folder(path: Path, option: str = "--out") -> Path:
     """``path``, a folder that may still have to be made. Raises ``InputError`` when it cannot be one, so that nobody
     learns it after the work, and where it lies in a stage of a run: what is there counts as the stage's result."""
     path = Path(path)
-    for place in (path.absolute(), *path.absolute().parents):
-        if any((place / mark).is_file() for mark in STAGE_MARKS):
-            raise InputError(f"{option} {path}: {place} is a stage of a run, in which nothing else is written")
-    for place in (path, *path.absolute().parents):
-        if place.exists():
-            if not place.is_dir():
-                raise InputError(f"{option} {path}: {place} is a file, and a folder is needed")
-            if not os.access(place, os.W_OK | os.X_OK):
-                raise InputError(f"{option} {path}: {place} is not writable")
+    for folder in (path.absolute(), *path.absolute().parents):
+        if any((folder / mark).is_file() for mark in STAGE_MARKS):
+            raise InputError(f"{option} {path}: {folder} is a stage of a run, in which nothing else is written")
+    for folder in (path, *path.absolute().parents):
+        if folder.exists():
+            if not folder.is_dir():
+                raise InputError(f"{option} {path}: {folder} is a file, and a folder is needed")
+            if not os.access(folder, os.W_OK | os.X_OK):
+                raise InputError(f"{option} {path}: {folder} is not writable")
             break
     return path
 

@@ -118,13 +118,13 @@ def _refuse_other_files(file: h5py.File, path: Path) -> None:
         raise InputError(f"{path}: {name[:200]} {fault}, which is not followed: copy its values into this file")
 
 
-def _content(place: Any) -> Iterator[tuple[str, Any]]:
+def _content(root: Any) -> Iterator[tuple[str, Any]]:
     """Path and object of every group and dataset below a file or group, each once, in the order of the names; None
     instead of the object for a link to another file. Links within the file are passed over, and so is what cannot be
     opened."""
     import h5py
 
-    seen, stack = {place.id}, [("", place, iter(sorted(place)))]
+    seen, stack = {root.id}, [("", root, iter(sorted(root)))]
     while stack:
         above, group, names = stack[-1]
         name = next(names, None)
@@ -149,22 +149,22 @@ def _content(place: Any) -> Iterator[tuple[str, Any]]:
             stack.append((f"{above}{name}/", item, iter(sorted(item))))
 
 
-def datasets(place: Any) -> dict[str, Any]:
+def datasets(group: Any) -> dict[str, Any]:
     """Every dataset of a file or group and of its groups, by its path."""
     import h5py
 
-    return {name: item for name, item in _content(place) if isinstance(item, h5py.Dataset)}
+    return {name: item for name, item in _content(group) if isinstance(item, h5py.Dataset)}
 
 
-def array(place: Any, name: str, numbers: bool = True) -> np.ndarray:
+def array(group: Any, name: str, numbers: bool = True) -> np.ndarray:
     """The array ``name`` of a file or group, of ``numbers`` or of anything.
 
     Raises ``InputError`` where it is a group, not of numbers, or larger than what is stored.
     """
     import h5py
 
-    where = f"{place.file.filename}: {name}"
-    item = place[name]
+    where = f"{group.file.filename}: {name}"
+    item = group[name]
     if not isinstance(item, h5py.Dataset):
         raise InputError(f"{where} is a group, and an array is needed")
     if numbers and item.dtype.kind not in "fiub":
@@ -175,6 +175,6 @@ def array(place: Any, name: str, numbers: bool = True) -> np.ndarray:
     return np.asarray(item[()])
 
 
-def arrays(place: Any, deep: bool = False, numbers: bool = True) -> dict[str, np.ndarray]:
+def arrays(group: Any, deep: bool = False, numbers: bool = True) -> dict[str, np.ndarray]:
     """All arrays of a file or group by their names; ``deep``: those of its groups too, by their paths."""
-    return {name: array(place, name, numbers) for name in (datasets(place) if deep else place)}
+    return {name: array(group, name, numbers) for name in (datasets(group) if deep else group)}

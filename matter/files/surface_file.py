@@ -20,21 +20,21 @@ _TRIANGLE = 5
 
 def write(
     path: Path,
-    place: np.ndarray,
+    position: np.ndarray,
     triangles: np.ndarray,
     fields: Mapping[str, tuple[np.ndarray, str, str]],
     attributes: Mapping[str, Any] | None = None,
 ) -> None:
-    """Write corners ``place`` (n, 3) [m], ``triangles`` (m, 3) and ``fields`` (array (n,) or (n, 3), unit, meaning);
-    the file is whole or absent."""
+    """Write corners ``position`` (n, 3) [m], ``triangles`` (m, 3) and ``fields`` (array (n,) or (n, 3), unit,
+    meaning); the file is whole or absent."""
     import h5py
 
-    n, m = len(place), len(triangles)
-    with archive.replacing_hdf5(Path(path), place.nbytes * (2 + len(fields)) + triangles.nbytes * 2) as file:
+    n, m = len(position), len(triangles)
+    with archive.replacing_hdf5(Path(path), position.nbytes * (2 + len(fields)) + triangles.nbytes * 2) as file:
         for name, value in (attributes or {}).items():
             file.attrs[name] = value
         group = file.create_group("surface")
-        arrays = {"place": (place, "m", "corner of the triangles"), **fields}
+        arrays = {"place": (position, "m", "corner of the triangles"), **fields}
         for name, (array, unit, meaning) in arrays.items():
             dataset = group.create_dataset(name, data=np.asarray(array), compression="gzip", compression_opts=1)
             dataset.attrs["unit"], dataset.attrs["meaning"] = unit, meaning

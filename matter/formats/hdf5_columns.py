@@ -81,15 +81,15 @@ def _guessed(there, source: str) -> list[tuple[str, str, str]]:
         for name in [dataset.rpartition("/")[2].lower()]
         if (name in FIELDS or name in known) and item.ndim in (1, 2)
     ]
-    places = [dataset for name, dataset, _ in rows if known.get(name, (name,))[0] == "position"]
-    groups = list(dict.fromkeys(dataset.rpartition("/")[0] for dataset in places))
+    datasets = [dataset for name, dataset, _ in rows if known.get(name, (name,))[0] == "position"]
+    groups = list(dict.fromkeys(dataset.rpartition("/")[0] for dataset in datasets))
     if not groups:
         raise InputError(
             f"{source}: no dataset is named like a position; say which is what with --columns 'position=A/B "
             f"[km],m=A/C' (there are: {listed(there)})"
         )
     if len(groups) > 1:
-        first = places[0]
+        first = datasets[0]
         raise InputError(
             f"{source}: {len(groups)} groups hold particles ({listed(group or '/' for group in groups)}), and one is "
             f"read at a time: name its datasets, --columns '{first.rpartition('/')[2]}={first},...', or write all "

@@ -83,17 +83,17 @@ def _system(file: Any, header: Any, source: str) -> UnitSystem:
         length, mass, time = (_positive(units[key], f"{source}: Units/{key}") for key in _SWIFT)
         return _named(length, mass, time, "Units")
     parameters = _attributes(file, "Parameters")
-    for said, place in ((header, "Header"), (parameters, "Parameters")):
+    for said, group_name in ((header, "Header"), (parameters, "Parameters")):
         for keys in _GADGET:
             if all(key in said for key in keys):
-                length, mass, speed = (_positive(said[key], f"{source}: {place}/{key}") for key in keys)
-                return _named(length, mass, length / speed, place)
+                length, mass, speed = (_positive(said[key], f"{source}: {group_name}/{key}") for key in keys)
+                return _named(length, mass, length / speed, group_name)
     return SI
 
 
-def _named(length: float, mass: float, time: float, place: str) -> UnitSystem:
+def _named(length: float, mass: float, time: float, group_name: str) -> UnitSystem:
     """The system of units given in cgs."""
-    words = f"{place}: {length:.6g} cm, {mass:.6g} g, {time:.6g} s"
+    words = f"{group_name}: {length:.6g} cm, {mass:.6g} g, {time:.6g} s"
     return UnitSystem(1e-2 * length, 1e-3 * mass, time, words)
 
 

@@ -1,5 +1,5 @@
 """Data files that LIGGGHTS and LAMMPS read with ``read_data`` (``atom_style sphere``, ``units si``): grains with
-place, size, mass, velocity and spin.
+position, size, mass, velocity and spin.
 
 ``Atoms`` lines are ``id type diameter density x y z``, ``Velocities`` lines ``id vx vy vz wx wy wz`` (both programs:
 ``atom_vec_sphere.cpp``). Numbers carry 17 digits; the mass is what the program makes of density and diameter, pi / 6

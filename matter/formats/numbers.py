@@ -60,16 +60,16 @@ def table(lines: Sequence[tuple[int, str]], path: Path) -> Table:
     Raises ``InputError`` naming the first line that has another count of numbers than the first one, or something that
     is not a number.
     """
-    rows, places = [line.split() for _, line in lines], [number for number, _ in lines]
+    rows, line_numbers = [line.split() for _, line in lines], [number for number, _ in lines]
     try:
         values = np.array(rows, dtype=float).reshape(len(rows), -1)
         if not any("_" in line for _, line in lines):  # Python reads 1_0 as ten
-            return Table(values, rows, places)
+            return Table(values, rows, line_numbers)
     except ValueError:
         pass
-    for number, row in zip(places, rows):
+    for number, row in zip(line_numbers, rows):
         if len(row) != len(rows[0]):
-            raise InputError(f"{path}, line {number}: {len(row)} values, and {len(rows[0])} in line {places[0]}")
+            raise InputError(f"{path}, line {number}: {len(row)} values, and {len(rows[0])} in line {line_numbers[0]}")
         for column, word in enumerate(row, 1):
             if not is_number(word):
                 raise InputError(f"{path}, line {number}: {short(word)} in column {column} is not a number")

@@ -65,8 +65,8 @@ def not_finite(name: str, values: np.ndarray) -> np.ndarray:
 
 
 def _first(bad: np.ndarray, values: np.ndarray) -> str:
-    place = int(np.argmax(bad))
-    return f" (the first is particle {place + 1}: {', '.join(f'{value:g}' for value in values[place])})"
+    index = int(np.argmax(bad))
+    return f" (the first is particle {index + 1}: {', '.join(f'{value:g}' for value in values[index])})"
 
 
 def named(particles: Particles, names: list[str]) -> None:

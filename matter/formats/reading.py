@@ -99,9 +99,9 @@ def checked(particles: Particles, source: str, declared: int | None = None) -> P
     numbers, counts = np.unique(particles.identity, return_counts=True)
     if len(numbers) != len(particles):
         twice = int(numbers[np.argmax(counts > 1)])
-        places = np.flatnonzero(particles.identity == twice)[:2] + 1
+        doubled = np.flatnonzero(particles.identity == twice)[:2] + 1
         raise InputError(
             f"{source}: {int((counts > 1).sum())} identities stand for more than one particle; the first, {twice}, "
-            f"for the particles {places[0]} and {places[1]}"
+            f"for the particles {doubled[0]} and {doubled[1]}"
         )
     return particles

@@ -29,7 +29,7 @@ MOST = 4_000_000
 """Nodes beyond which a file is refused: 160 MB of numbers."""
 _RANGES = {"u": (1e16, "J/kg"), "P": (1e22, "Pa"), "c": (299_792_458.0, "m/s"), "s": (1e9, "J/(kg K)")}
 _FALL = (
-    0.05  # share of its span by which the energy of one density may fall back with temperature before it is refused
+    0.05  # fraction of its span by which the energy of one density may fall back with temperature before it is refused
 )
 _UNITS = 5.0  # factor by which columns may miss each other in the middle of all nodes
 
@@ -141,7 +141,7 @@ def _ascending(path: Path, what: str, axis: np.ndarray, unit: str) -> None:
         raise InputError(f"{path}: {what} must ascend; {axis[1:][np.diff(axis) == 0.0][0]:g} {unit} stands twice")
 
 
-def _place(table: Table, bad: np.ndarray) -> str:
+def _position(table: Table, bad: np.ndarray) -> str:
     i, j = np.unravel_index(int(np.argmax(bad)), bad.shape)
     return f"at {table.rho[i]:.6g} kg/m^3 and {table.T[j]:.6g} K"
 
@@ -151,11 +151,11 @@ def _whole(path: Path, table: Table) -> None:
     for name in "uPcs":
         bad = ~np.isfinite(getattr(table, name))
         if bad.any():
-            raise InputError(f"{path}: {name} is no number {_place(table, bad)} (and {int(bad.sum()) - 1} more)")
+            raise InputError(f"{path}: {name} is no number {_position(table, bad)} (and {int(bad.sum()) - 1} more)")
     hole = (table.u == 0.0) & (table.P == 0.0) & (table.c == 0.0) & (table.s == 0.0)
     if hole.any():
         raise InputError(
-            f"{path}: a hole {_place(table, hole)}: u, P, c and s are zero (and {int(hole.sum()) - 1} more)"
+            f"{path}: a hole {_position(table, hole)}: u, P, c and s are zero (and {int(hole.sum()) - 1} more)"
         )
 
 
@@ -169,8 +169,8 @@ def _in_range(path: Path, table: Table) -> None:
         if bad.any():
             least = 0.0 if name == "c" else -most
             raise InputError(
-                f"{path}: {name} is {value[bad][0]:g} {unit} {_place(table, bad)}; {least:g} to {most:g} can be: are "
-                f"the units SI?"
+                f"{path}: {name} is {value[bad][0]:g} {unit} {_position(table, bad)}; {least:g} to {most:g} can be: "
+                f"are the units SI?"
             )
 
 
@@ -181,7 +181,7 @@ def _rising(path: Path, table: Table) -> None:
     bad = (highest - table.u > _FALL * span) | (span == 0.0)
     if bad.any():
         raise InputError(
-            f"{path}: the energy falls as temperature rises {_place(table, bad)}: are the nodes in order?"
+            f"{path}: the energy falls as temperature rises {_position(table, bad)}: are the nodes in order?"
         )
 
 

@@ -41,10 +41,10 @@ _NEAR_PRISMS = (8, 32)
 _TAUBIN = (0.5, 0.53)
 
 
-def _along_curve(place: np.ndarray) -> np.ndarray:
+def _along_curve(position: np.ndarray) -> np.ndarray:
     """Order of points along a Morton curve of 1024 cells a side."""
-    low, width = place.min(axis=0, initial=0.0), np.ptp(place, axis=0).max(initial=1e-300)
-    cell = np.clip((place - low) / width * 1023.0, 0, 1023).astype(np.uint64)
+    low, width = position.min(axis=0, initial=0.0), np.ptp(position, axis=0).max(initial=1e-300)
+    cell = np.clip((position - low) / width * 1023.0, 0, 1023).astype(np.uint64)
     for shift, mask in ((16, 0x030000FF), (8, 0x0300F00F), (4, 0x030C30C3), (2, 0x09249249)):
         cell = (cell | (cell << np.uint64(shift))) & np.uint64(mask)
     return np.argsort(cell @ np.array([1, 2, 4], dtype=np.uint64), kind="stable")
@@ -102,10 +102,10 @@ class AlphaShape:
 
     def contains(self, position: np.ndarray) -> np.ndarray:
         """(m,) whether each point of ``position`` (m, 3) lies in a kept tetrahedron."""
-        place = (np.asarray(position) - self._shift) / self._scale
-        order = _along_curve(place)  # the search walks from the last tetrahedron found: short walks in turn
-        simplex = np.empty(len(place), dtype=np.int64)
-        simplex[order] = self.triangulation.find_simplex(place[order])
+        scaled = (np.asarray(position) - self._shift) / self._scale
+        order = _along_curve(scaled)  # the search walks from the last tetrahedron found: short walks in turn
+        simplex = np.empty(len(scaled), dtype=np.int64)
+        simplex[order] = self.triangulation.find_simplex(scaled[order])
         return (simplex >= 0) & self.kept[simplex]
 
     @cached_property
@@ -276,7 +276,7 @@ class OffsetShape:
             return inside
         origin, inverse, tree, reach = self._prisms
         furthest = np.nextafter(float(reach.max()), np.inf)
-        reach = np.append(reach, -1.0)  # of the place that stands for no neighbour
+        reach = np.append(reach, -1.0)  # of the position that stands for no neighbour
         open_ = np.flatnonzero(~inside)
         for begin in range(0, len(open_), 50_000):
             rows = open_[begin : begin + 50_000]

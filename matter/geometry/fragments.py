@@ -31,9 +31,9 @@ def groups(particles: Particles, among: np.ndarray) -> np.ndarray:
     # by levels of the support: one particle of debris whose support has grown must not widen the search of all others
     order, grid = neighbours.sort(x, h)
     near = neighbours.build(x[order], h[order], grid, LINK)
-    place = np.arange(near.count.sum()) + np.repeat(near.entry - np.cumsum(near.count) + near.count, near.count)
+    index = np.arange(near.count.sum()) + np.repeat(near.entry - np.cumsum(near.count) + near.count, near.count)
     links = coo_matrix(
-        (np.ones(len(place), dtype=np.int8), (np.repeat(order, near.count), order[near.index[place]])),
+        (np.ones(len(index), dtype=np.int8), (np.repeat(order, near.count), order[near.index[index]])),
         shape=(len(x), len(x)),
     )
     number[whole] = connected_components(links, directed=False)[1]

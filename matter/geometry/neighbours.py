@@ -34,7 +34,7 @@ class Grid(NamedTuple):
 
 
 class Points(NamedTuple):
-    """Sorted particles: places ``x``, ``y``, ``z`` (n,) [m] and support radii ``h`` (n,) [m]."""
+    """Sorted particles: positions ``x``, ``y``, ``z`` (n,) [m] and support radii ``h`` (n,) [m]."""
 
     x: np.ndarray
     y: np.ndarray
@@ -50,7 +50,7 @@ class Occupied(NamedTuple):
 
 
 _CELLS = 4  # at most, per particle of a level
-# share of a scattered level's particles that may lie beyond its box on each side; they share the outermost cells
+# fraction of a scattered level's particles that may lie beyond its box on each side; they share the outermost cells
 _OUTSIDE = 0.02
 
 
@@ -127,7 +127,7 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
 
     The particles of a cell look through the same cells around it: these are copied together once and tested in whole
     registers. In: ``points`` and ``grid``, in the grid's order, and the ``reach``. Out: the rows in ``index``, where
-    they begin in ``entry`` and their lengths in ``count``; ``cursor`` counts the places taken in ``index`` by all
+    they begin in ``entry`` and their lengths in ``count``; ``cursor`` counts the positions taken in ``index`` by all
     threads, beyond its end too (what did not fit is not written).
     """
     x, y, z, h = points.x, points.y, points.z, points.h
@@ -140,7 +140,7 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
     candidate = np.empty(room, dtype=np.int32)
     near = np.empty((4, room))
     inside = np.empty(room, dtype=np.int8)
-    # the rows of this thread's cells, copied to their place together
+    # the rows of this thread's cells, copied to their reserved together
     own, used = np.empty(8 * room, dtype=np.int32), 0
     for c in range(lower, upper):
         first, end = start[cells[c]], start[cells[c] + 1]
@@ -230,13 +230,13 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
                     own[used] = i
                     used += 1
             first = last
-    place = reserve(cursor, used)
-    if place + used <= len(index):
+    reserved = reserve(cursor, used)
+    if reserved + used <= len(index):
         for k in range(used):
-            index[place + k] = own[k]
+            index[reserved + k] = own[k]
     for c in range(lower, upper):
         for i in range(start[cells[c]], start[cells[c] + 1]):
-            entry[i] += place
+            entry[i] += reserved
 
 
 @parallel_kernel
@@ -261,7 +261,7 @@ def build(
 ) -> Neighbours:
     """All neighbours within ``reach`` (h_i + h_j) / 2 of every particle; particles in the order of ``sort``.
 
-    The arrays of ``previous`` are used again; ``index`` grows until every neighbour has a place (nothing is ever
+    The arrays of ``previous`` are used again; ``index`` grows until every neighbour has a position (nothing is ever
     dropped). Positions in Fortran order are not copied.
     """
     n = len(position)

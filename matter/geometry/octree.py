@@ -167,7 +167,7 @@ class Sorted(NamedTuple):
 
 
 class Units(NamedTuple):
-    """What places and masses are counted in: a ``length`` [m] and a ``total`` mass [kg], about a ``middle`` (3,)
+    """What positions and masses are counted in: a ``length`` [m] and a ``total`` mass [kg], about a ``middle`` (3,)
     [m]."""
 
     middle: np.ndarray

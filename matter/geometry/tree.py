@@ -24,7 +24,7 @@ from matter.geometry.octree import EPS2, MASS, WIDTH, XX, XY, XZ, YY, YZ, ZZ, bu
 
 SOURCES = ("BarnesHut1986", "Barnes1990")
 
-# columns of a near particle in an interaction list, after its place: mass, eps^2 / 2
+# columns of a near particle in an interaction list, after its position: mass, eps^2 / 2
 NEAR_MASS, NEAR_EPS2 = 3, 4
 
 _LIST = 2048  # interaction lists are summed and emptied whenever they are full

@@ -10,7 +10,7 @@ import numpy as np
 from matter.points.regions import Mirrored, Region
 
 OFF = 0.25
-"""Points keep at least this share of a spacing off a mirror: half of it lets them meet it as a layer."""
+"""Points keep at least this fraction of a spacing off a mirror: half of it lets them meet it as a layer."""
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class Cut:
         """Volume [m^3]."""
         return self.whole.volume / 2 ** len(self.axes)
 
-    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
-        points = self.whole.draw(rng, count)
+        points = self.whole.random_points(rng, count)
         for axis in self.axes:
             np.abs(points[:, axis], out=points[:, axis])
         return points
@@ -41,17 +41,17 @@ class Cut:
 
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls and of the mirrors."""
-        place, owner = self.whole.mirrored(points, spacing)
+        position, owner = self.whole.mirrored(points, spacing)
         for axis in self.axes:
-            near = np.flatnonzero(np.abs(place[:, axis]) < 2.0 * spacing[owner])
-            image = place[near].copy()
+            near = np.flatnonzero(np.abs(position[:, axis]) < 2.0 * spacing[owner])
+            image = position[near].copy()
             image[:, axis] *= -1.0
-            place, owner = np.concatenate([place, image]), np.concatenate([owner, owner[near]])
-        return place, owner
+            position, owner = np.concatenate([position, image]), np.concatenate([owner, owner[near]])
+        return position, owner
 
-    def kept(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points off the walls, and ``OFF`` spacings off the mirrors."""
-        points = self.whole.kept(points, spacing)
+        points = self.whole.off_walls(points, spacing)
         for axis in self.axes:
             points[:, axis] = np.maximum(points[:, axis], OFF * spacing)
         return points

@@ -1,5 +1,5 @@
-"""Arrangements of points: hexagonal close packing, and a graded glass whose spacing varies smoothly from place to
-place.
+"""Arrangements of points: hexagonal close packing, and a graded glass whose spacing varies smoothly from point to
+point.
 
 Spacing means the edge of the cube that one point stands for: s = (volume per point)^(1/3).
 """
@@ -127,7 +127,7 @@ def graded(
     points (n, 3) [m], volume (n,) [m^3] that each stands for (from the local number density, scaled to
     the volume of the region).
     """
-    probe = region.draw(rng, 200_000)
+    probe = region.random_points(rng, 200_000)
     density = spacing(probe) ** -3.0
     most = float(density.max()) if finest is None else max(finest**-3.0, float(density.max()))
     if grown_from is not None and (
@@ -139,7 +139,7 @@ def graded(
         wanted = max(round(region.volume * float(density.mean())), 1)
         points = np.empty((0, 3))
         while len(points) < wanted:
-            trial = region.draw(rng, 200_000)
+            trial = region.random_points(rng, 200_000)
             points = np.concatenate([points, trial[rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * most)]])
         points = points[:wanted]
     for sweep in range(sweeps):
@@ -148,7 +148,7 @@ def graded(
         moved = _moves(everyone, s[owner], len(points))
         size = np.linalg.norm(moved, axis=1)
         limit = 0.25 * s * (1.0 - 0.8 * sweep / sweeps)
-        points = region.kept(
+        points = region.off_walls(
             points + 0.6 * moved * np.minimum(1.0, limit / np.maximum(0.6 * size, 1e-300))[:, None], s
         )
     s = spacing(points)
@@ -158,8 +158,8 @@ def graded(
     _number_density(everyone[order], s[owner][order], *listed, len(order), number)
     back = np.empty_like(number)
     back[order] = number
-    share = 1.0 / back[: len(points)]
-    return points, share * (region.volume / share.sum())
+    weight = 1.0 / back[: len(points)]
+    return points, weight * (region.volume / weight.sum())
 
 
 def _by_distance(
@@ -178,7 +178,7 @@ def _by_distance(
         shell = Shell(float(inner), float(outer))
 
         def draw(shell: Shell = shell) -> np.ndarray:
-            points = shell.draw(rng, PROBES) + about
+            points = shell.random_points(rng, PROBES) + about
             return points[region.inside(points)]
 
         probe = draw()

@@ -23,7 +23,7 @@ class Interior:
         """Volume [m^3]."""
         return self.solid.volume
 
-    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         low, high = self.solid.vertices.min(axis=0), self.solid.vertices.max(axis=0)
         points = np.empty((0, 3))
@@ -45,7 +45,7 @@ class Interior:
         behind = self.distance.at(images)[0] < 0.0
         return np.concatenate([points, images[behind]]), np.concatenate([np.arange(len(points)), near[behind]])
 
-    def kept(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points at least a tenth of a spacing inside the surface."""
         for _ in range(4):  # beyond an edge the nearest way in leads to the next face
             depth, inwards = self.distance.at(points)

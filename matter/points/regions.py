@@ -27,7 +27,7 @@ class Shell:
     def volume(self) -> float:
         return 4.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
 
-    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         direction = rng.normal(size=(count, 3))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
@@ -50,7 +50,7 @@ class Shell:
             owners.append(near)
         return np.concatenate([points, *images]), np.concatenate([np.arange(len(points)), *owners])  # type: ignore[return-value]
 
-    def kept(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points at least a tenth of a spacing off the walls."""
         r = np.linalg.norm(points, axis=1)
         margin = np.minimum(0.1 * spacing, 0.25 * (self.outer - self.inner))
@@ -61,12 +61,12 @@ class Shell:
 def _beyond_walls(points: np.ndarray, spacing: np.ndarray, walls) -> Mirrored:
     """Points and images wall after wall, so that edges and corners have theirs; a wall gives (distance inside, image)
     of points."""
-    place, owner = points, np.arange(len(points))
+    position, owner = points, np.arange(len(points))
     for wall in walls:
-        distance, image = wall(place)
+        distance, image = wall(position)
         near = np.flatnonzero(np.abs(distance) < 2.0 * spacing[owner])
-        place, owner = np.concatenate([place, image[near]]), np.concatenate([owner, owner[near]])
-    return place, owner
+        position, owner = np.concatenate([position, image[near]]), np.concatenate([owner, owner[near]])
+    return position, owner
 
 
 def _plane(axis: int, at: float):
@@ -94,7 +94,7 @@ class Cylinder:
     def volume(self) -> float:
         return math.pi * self.radius**2 * (self.top - self.bottom)
 
-    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         r, azimuth = self.radius * np.sqrt(rng.random(count)), 2.0 * math.pi * rng.random(count)
         return np.stack(
@@ -113,15 +113,15 @@ class Cylinder:
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
 
-        def side(place: np.ndarray) -> Mirrored:
-            r = np.hypot(place[:, 0], place[:, 1])
-            return np.abs(self.radius - r), place * np.stack(
+        def side(position: np.ndarray) -> Mirrored:
+            r = np.hypot(position[:, 0], position[:, 1])
+            return np.abs(self.radius - r), position * np.stack(
                 [*[(2.0 * self.radius - r) / np.maximum(r, 1e-300)] * 2, np.ones(len(r))], axis=1
             )
 
         return _beyond_walls(points, spacing, (_plane(2, self.bottom), _plane(2, self.top), side))
 
-    def kept(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points at least a tenth of a spacing off the walls."""
         margin = _margin(spacing, self.top - self.bottom)
         points[:, 2] = np.clip(points[:, 2], self.bottom + margin, self.top - margin)
@@ -145,12 +145,12 @@ class Bowl:
 
         return below(self.top) - below(self.bottom)
 
-    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         box = Cylinder(math.sqrt(self.radius**2 - self.top**2), self.bottom, self.top)
         points = np.empty((0, 3))
         while len(points) < count:
-            trial = box.draw(rng, count)
+            trial = box.random_points(rng, count)
             points = np.concatenate([points, trial[self.inside(trial)]])
         return points[:count]
 
@@ -165,14 +165,14 @@ class Bowl:
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
 
-        def bowl(place: np.ndarray) -> Mirrored:
-            r = np.linalg.norm(place, axis=1)
-            return np.abs(self.radius - r), place * ((2.0 * self.radius - r) / np.maximum(r, 1e-300))[:, None]
+        def bowl(position: np.ndarray) -> Mirrored:
+            r = np.linalg.norm(position, axis=1)
+            return np.abs(self.radius - r), position * ((2.0 * self.radius - r) / np.maximum(r, 1e-300))[:, None]
 
         planes = [_plane(2, self.top)] + ([_plane(2, self.bottom)] if self.bottom > -self.radius else [])
         return _beyond_walls(points, spacing, (*planes, bowl))
 
-    def kept(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points at least a tenth of a spacing off the walls."""
         margin = _margin(spacing, self.top - self.bottom)
         points[:, 2] = np.clip(points[:, 2], self.bottom + margin, self.top - margin)
@@ -194,7 +194,7 @@ class Block:
     def volume(self) -> float:
         return 4.0 * self.half_width**2 * (self.top - self.bottom)
 
-    def draw(self, rng: np.random.Generator, count: int) -> np.ndarray:
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
         low, high = (
             np.array([-self.half_width, -self.half_width, self.bottom]),
@@ -215,7 +215,7 @@ class Block:
         sides = [_plane(axis, side * self.half_width) for axis in (0, 1) for side in (-1, 1)]
         return _beyond_walls(points, spacing, (_plane(2, self.bottom), _plane(2, self.top), *sides))
 
-    def kept(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points at least a tenth of a spacing off the walls."""
         margin = _margin(spacing, self.top - self.bottom)
         points[:, 2] = np.clip(points[:, 2], self.bottom + margin, self.top - margin)

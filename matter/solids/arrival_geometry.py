@@ -30,7 +30,7 @@ class Arrival(NamedTuple):
     angle_from_vertical: float
 
 
-def of(
+def arrival(
     solid: Solid, flight: tuple[float, float, float], latitude: float | None = None, longitude: float | None = None
 ) -> Arrival:
     """How a projectile that flies along ``flight`` (3,), of any length, in the body's own frame meets it at a site, or

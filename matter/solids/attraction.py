@@ -1,8 +1,8 @@
-"""Attraction of a solid body of even density at a place on it, inside or outside: that of the polyhedron itself.
+"""Attraction of a solid body of even density at a position on it, inside or outside: that of the polyhedron itself.
 
     a = G rho ( sum_f omega_f (n_f . r_f) n_f  -  sum_e L_e E_e r_e )
 
-over faces f with the outward normal n_f and edges e, with r the way from the place to any point of face or edge,
+over faces f with the outward normal n_f and edges e, with r the way from the position to any point of face or edge,
 omega_f the solid angle under which a face is seen (signed), L_e = ln((a + b + l) / (a + b - l)) for an edge of the
 length l whose ends are at the distances a and b, and E_e = n_A n_A^e + n_B n_B^e of its two faces, n^e the outward
 normal of the edge in the plane of its face.
@@ -46,11 +46,11 @@ def _sides(solid: Solid) -> _Sides:
     return _Sides(start, end, out / np.linalg.norm(out, axis=2)[..., None], normal)
 
 
-def of(solid: Solid, place: np.ndarray) -> np.ndarray:
-    """Attraction (3,) [m/s^2 per kg/m^3] at a ``place`` (3,) [m] about the centre of mass of a ``solid``, for a
+def attraction_at(solid: Solid, position: np.ndarray) -> np.ndarray:
+    """Attraction (3,) [m/s^2 per kg/m^3] at a ``position`` (3,) [m] about the centre of mass of a ``solid``, for a
     density of 1 kg/m^3."""
     start, end, out, normal = _sides(solid)
-    first, second = start - place, end - place
+    first, second = start - position, end - position
     a, b = np.linalg.norm(first, axis=2), np.linalg.norm(second, axis=2)
     length = np.linalg.norm(end - start, axis=2)
     # on an edge the logarithm grows without bound, and what it is multiplied by is zero there
@@ -62,6 +62,6 @@ def of(solid: Solid, place: np.ndarray) -> np.ndarray:
     for one, two, far in ((p, q, a[:, 2]), (q, s, a[:, 0]), (s, p, a[:, 1])):
         under = under + np.einsum("ij,ij->i", one, two) * far
     seen = 2.0 * np.arctan2(over, under)
-    # a place in the plane of a face sees it from both sides: no part of the way to it is along the normal
+    # a position in the plane of a face sees it from both sides: no part of the way to it is along the normal
     by_faces = seen * np.einsum("ij,ij->i", normal, p)
     return np.asarray(G * ((by_faces - by_sides) @ normal))

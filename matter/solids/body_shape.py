@@ -22,19 +22,19 @@ _BEND = (0.6, 1.6)
 
 
 class Foot(NamedTuple):
-    """The nearest point of the surface ``place`` (n, 3) [m], the ``height`` (n,) [m] over it, positive outside, and
+    """The nearest point of the surface ``position`` (n, 3) [m], the ``height`` (n,) [m] over it, positive outside, and
     the outward ``normal`` (n, 3)."""
 
-    place: np.ndarray
+    position: np.ndarray
     height: np.ndarray
     normal: np.ndarray
 
 
 class Points(NamedTuple):
-    """Points of the surface ``place`` (n, 3) [m], outward ``normal`` (n, 3), the ``area`` (n,) [m^2] that each stands
-    for, and the ``triangles`` (m, 3) between them."""
+    """Points of the surface ``position`` (n, 3) [m], outward ``normal`` (n, 3), the ``area`` (n,) [m^2] that each
+    stands for, and the ``triangles`` (m, 3) between them."""
 
-    place: np.ndarray
+    position: np.ndarray
     normal: np.ndarray
     area: np.ndarray
     triangles: np.ndarray
@@ -66,15 +66,15 @@ class Shape:
         for axis in range(3):
             ends = []
             for sign in (1.0, -1.0):
-                place = position.copy()
-                place[:, axis] += sign * step
-                ends.append(self.datum.up(place)[:, axis])
+                moved = position.copy()
+                moved[:, axis] += sign * step
+                ends.append(self.datum.up(moved)[:, axis])
             divergence += (ends[0] - ends[1]) / (2.0 * step)
         return np.asarray(divergence / np.clip(2.0 - height * divergence, 0.5, None))
 
-    def points(self, spacing: Callable[[np.ndarray], np.ndarray]) -> Points:
-        """Points no further apart than about ``spacing(place)`` [m]: corners of the surface's triangles, whose sides
-        are halved until they are short enough, or ``MOST_POINTS`` are there. An ellipsoid begins with few."""
+    def surface_points(self, spacing: Callable[[np.ndarray], np.ndarray]) -> Points:
+        """Points no further apart than about ``spacing(position)`` [m]: corners of the surface's triangles, whose
+        sides are halved until they are short enough, or ``MOST_POINTS`` are there. An ellipsoid begins with few."""
         import trimesh
 
         vertices, triangles = self.solid.vertices, self.solid.triangles
@@ -84,13 +84,13 @@ class Shape:
         for _ in range(24):
             known = halved_sides.sides(triangles)
             one, two = vertices[known.ends].swapaxes(0, 1)
-            share = np.linalg.norm(two - one, axis=1) / spacing(0.5 * (one + two))
+            ratio = np.linalg.norm(two - one, axis=1) / spacing(0.5 * (one + two))
             room = MOST_POINTS - len(vertices)
-            long = np.flatnonzero(share > 1.0)
+            long = np.flatnonzero(ratio > 1.0)
             if not len(long) or room < 1:
                 break
-            cut = np.zeros(len(share), dtype=bool)
-            cut[long[np.argsort(-share[long], kind="stable")[:room]]] = True
+            cut = np.zeros(len(ratio), dtype=bool)
+            cut[long[np.argsort(-ratio[long], kind="stable")[:room]]] = True
             vertices, triangles = halved_sides.halved(vertices, triangles, known, cut)
             if self.axes is not None:
                 vertices = self._onto_ellipsoid(vertices @ self.placed.turn / self.axes)
@@ -115,7 +115,7 @@ def spread(vertices: np.ndarray, triangles: np.ndarray) -> Points:
     return Points(vertices, normal, area, triangles)
 
 
-def enclosed(place: np.ndarray, triangles: np.ndarray) -> float:
-    """Volume [m^3] inside triangles whose corners are at ``place`` (n, 3) (divergence theorem)."""
-    corner = place[triangles]
+def enclosed(position: np.ndarray, triangles: np.ndarray) -> float:
+    """Volume [m^3] inside triangles whose corners are at ``position`` (n, 3) (divergence theorem)."""
+    corner = position[triangles]
     return float(np.einsum("ij,ij->i", corner[:, 0], np.cross(corner[:, 1], corner[:, 2])).sum() / 6.0)

@@ -261,7 +261,7 @@ def _between(points, low, cell, depth, found, slope):
 
 
 _TIED = 1e-9
-"""Triangles whose distances from a point agree to this share of a cell squared share its foot."""
+"""Triangles whose distances from a point agree to this fraction of a cell squared share its foot."""
 
 
 @kernel

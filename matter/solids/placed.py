@@ -97,5 +97,5 @@ def _placed(
     body = solid.read(Path(path), unit) if path else solid.ellipsoid(axes)
     rotation = turn(latitude, longitude, azimuth)
     turned = body.turned(rotation)
-    place, normal = turned.site(np.array([0.0, 0.0, 1.0]))
-    return Placed(turned, float(place[2]), normal, rotation[:, 2].copy(), rotation)
+    position, normal = turned.site(np.array([0.0, 0.0, 1.0]))
+    return Placed(turned, float(position[2]), normal, rotation[:, 2].copy(), rotation)

@@ -61,7 +61,7 @@ class Solid:
         return Solid(self.vertices @ rotation.T, self.triangles)
 
     def site(self, direction: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Where a ray from the centre of mass along ``direction`` leaves the body for good: place (3,) [m] and the
+        """Where a ray from the centre of mass along ``direction`` leaves the body for good: position (3,) [m] and the
         outward normal (3,) of the triangle there (Moeller & Trumbore 1997, J. Graph. Tools 2, 21).
 
         Raises ``InputError`` where the ray meets no surface.
@@ -173,7 +173,7 @@ def checked(vertices: np.ndarray, triangles: np.ndarray, unit: float, name: str)
         what = "ends the surface" if count[bad] == 1 else f"belongs to {count[bad]} triangles"
         raise InputError(
             f"{name}: not watertight: {int((count != 2).sum()):,} of {len(count):,} edges do not join two triangles; "
-            f"the one between {_place(merged[key[bad, 0]])} and {_place(merged[key[bad, 1]])} {what}"
+            f"the one between {_position(merged[key[bad, 0]])} and {_position(merged[key[bad, 1]])} {what}"
         )
     if len(np.unique(edges, axis=0)) != len(edges):
         raise InputError(f"{name}: neighbouring triangles turn different ways round (normals point in and out)")
@@ -185,5 +185,5 @@ def checked(vertices: np.ndarray, triangles: np.ndarray, unit: float, name: str)
     return _centred(merged * unit, triangles)
 
 
-def _place(point: np.ndarray) -> str:
+def _position(point: np.ndarray) -> str:
     return "(" + ", ".join(f"{value:.6g}" for value in point) + ")"

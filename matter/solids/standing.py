@@ -45,13 +45,13 @@ UNMOVED = Pose(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
 
 
 class Standing:
-    """The places of all particles of a body ``before`` the impact, by identity."""
+    """The positions of all particles of a body ``before`` the impact, by identity."""
 
     def __init__(self, before: Particles):
         before.need("identity", "position", "mass")
         here = of_body(before)
         order = np.flatnonzero(here)[np.argsort(before.identity[here])]
-        self.identity, self.place = before.identity[order], before.position[order]
+        self.identity, self.position = before.identity[order], before.position[order]
 
     def known(self, particles: Particles) -> tuple[np.ndarray, np.ndarray]:
         """Rows of ``particles`` that were there before and still belong to the body, and their rows here."""
@@ -60,12 +60,12 @@ class Standing:
         same = self.identity[at] == particles.identity[rows]
         return rows[same], at[same]
 
-    def of(self, particles: Particles) -> Pose:
+    def pose(self, particles: Particles) -> Pose:
         """The pose of the body in ``particles``. Raises ``InputError`` where too little of it is left."""
         rows, at = self.known(particles)
         if len(rows) < FEWEST:
             raise InputError(f"{len(rows)} of the {len(self.identity)} particles of the body are left")
-        x, x0, m = particles.position[rows], self.place[at], particles.mass[rows]
+        x, x0, m = particles.position[rows], self.position[at], particles.mass[rows]
         kept, half = np.ones(len(rows), dtype=bool), m.sum() * SHARE
         for _ in range(TURNS):
             origin, turn = _fitted(x[kept], x0[kept], m[kept])
@@ -92,9 +92,9 @@ def of_body(particles: Particles) -> np.ndarray:
 
 
 def _fitted(x: np.ndarray, x0: np.ndarray, m: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    share = m / m.sum()
-    centre, centre0 = share @ x, share @ x0
-    u, _, v = np.linalg.svd(np.einsum("i,ij,ik->jk", share, x - centre, x0 - centre0))
+    fraction = m / m.sum()
+    centre, centre0 = fraction @ x, fraction @ x0
+    u, _, v = np.linalg.svd(np.einsum("i,ij,ik->jk", fraction, x - centre, x0 - centre0))
     u[:, 2] *= np.sign(np.linalg.det(u @ v))
     turn = u @ v
     return centre - turn @ centre0, turn

@@ -53,8 +53,8 @@ class Unrolled:
     def _of_chord(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [m], and the distances of equal area over them."""
         radius = self.shape.solid.radius
-        points = self.shape.points(lambda place: np.full(len(place), 0.03 * radius))
-        away = np.linalg.norm(points.place - self.site, axis=1)
+        points = self.shape.surface_points(lambda position: np.full(len(position), 0.03 * radius))
+        away = np.linalg.norm(points.position - self.site, axis=1)
         chord = np.linspace(0.4, 1.6, _GRID) * radius
         within = np.array([points.area[away < c].sum() for c in chord])
         return chord, np.sqrt(within / np.pi) / chord
@@ -65,37 +65,37 @@ class Unrolled:
         # from a tangent at the site to the first chord that points tell apart
         return chord * np.interp(chord, np.concatenate([[0.0], grid]), np.concatenate([[1.0], ratio]))
 
-    def flat(self, place: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Flat coordinates (n, 3) [m] of places (n, 3) about the body as it stood before the impact, and their
+    def flat(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Flat coordinates (n, 3) [m] of positions (n, 3) about the body as it stood before the impact, and their
         chords."""
-        foot = self.shape.under(place)
-        away = foot.place - self.site
+        foot = self.shape.under(position)
+        away = foot.position - self.site
         chord = np.linalg.norm(away, axis=1)
         azimuth = np.arctan2(away @ self.second, away @ self.first)
         s = self.distance(chord)
         return np.column_stack([s * np.cos(azimuth), s * np.sin(azimuth), foot.height]), chord
 
-    def of(self, particles: Particles) -> Particles:
-        """The ground of a snapshot laid flat: places, velocities against the body, and volumes (by ``radius`` or
+    def flattened(self, particles: Particles) -> Particles:
+        """The ground of a snapshot laid flat: positions, velocities against the body, and volumes (by ``radius`` or
         ``density``); what is far from the site or deep below it is left out. ``widening`` is added, by which volumes
         were divided: ``density / widening`` is that of the matter.
 
         ``initial_position`` becomes that from the site, z along its normal. Raises ``InputError`` where nothing is
         left.
         """
-        pose = self.standing.of(particles)
-        place = pose.back(particles.position)
-        flat, chord = self.flat(place)
+        pose = self.standing.pose(particles)
+        position = pose.back(particles.position)
+        flat, chord = self.flat(position)
         here = (chord < REACH * self.shape.solid.radius) & (flat[:, 2] > -DEEP * self.shape.datum.deepest)
         if not here.any():
             raise InputError("nothing of the body lies about the site")
         seen = particles.select(here)
-        place, flat = place[here], flat[here]
+        position, flat = position[here], flat[here]
         seen["position"] = flat
         if "velocity" in seen:
             moving = pose.back_velocity(particles.position[here], particles.velocity[here])
-            seen["velocity"] = self._turned(place, moving)
-        widening = self.shape.widening(place, flat[:, 2])
+            seen["velocity"] = self._turned(position, moving)
+        widening = self.shape.widening(position, flat[:, 2])
         if "radius" in seen:
             seen["radius"] = seen.radius / np.cbrt(widening)
         elif "density" in seen:
@@ -107,19 +107,19 @@ class Unrolled:
 
     def curvature(self, within: float) -> float:
         """Mean curvature [1/m] of the surface within a chord of the site [m]."""
-        points = self.shape.points(lambda place: np.full(len(place), 0.1 * within))
-        near = np.linalg.norm(points.place - self.site, axis=1) < within
+        points = self.shape.surface_points(lambda position: np.full(len(position), 0.1 * within))
+        near = np.linalg.norm(points.position - self.site, axis=1) < within
         if not near.any():
             return 0.0
-        bent = self.shape.curvature(points.place[near], np.zeros(int(near.sum())))
+        bent = self.shape.curvature(points.position[near], np.zeros(int(near.sum())))
         return float(np.average(bent, weights=points.area[near]))
 
-    def _turned(self, place: np.ndarray, vector: np.ndarray) -> np.ndarray:
-        """Vectors (n, 3) at ``place`` with the local normal turned onto z, by the shortest way from the site's."""
-        n = self.shape.under(place).normal
+    def _turned(self, position: np.ndarray, vector: np.ndarray) -> np.ndarray:
+        """Vectors (n, 3) at ``position`` with the local normal turned onto z, by the shortest way from the site's."""
+        n = self.shape.under(position).normal
         up = np.einsum("ij,ij->i", vector, n)
         across = vector - up[:, None] * n
         # shortest turn of n onto N, of a vector that lies across n
-        share = across @ self.normal / np.maximum(1.0 + n @ self.normal, 1e-3)
-        level = across - share[:, None] * (n + self.normal)
+        fraction = across @ self.normal / np.maximum(1.0 + n @ self.normal, 1e-3)
+        level = across - fraction[:, None] * (n + self.normal)
         return np.column_stack([level @ self.first, level @ self.second, up])

@@ -40,10 +40,12 @@ TABLE = (
     BodyMeasure("height_change_lowest_m", "m", "deepest change of height"),
     BodyMeasure("height_change_highest_m", "m", "highest change of height"),
     BodyMeasure("hollow_across_m", "m", "width of the hollow, of the circle of its area", terminal=True),
-    BodyMeasure("changed_share", "1", "share of the surface whose height changed by more than three errors"),
-    BodyMeasure("change_spread", "1", "share of the surface that this change would take were it even", terminal=True),
-    BodyMeasure("resurfaced_share", "1", "share of the surface that moved, was removed or buried", terminal=True),
-    BodyMeasure("resurfaced_depth_m", "m", "depth of resurfacing, mean over that share"),
+    BodyMeasure("changed_share", "1", "fraction of the surface whose height changed by more than three errors"),
+    BodyMeasure(
+        "change_spread", "1", "fraction of the surface that this change would take were it even", terminal=True
+    ),
+    BodyMeasure("resurfaced_share", "1", "fraction of the surface that moved, was removed or buried", terminal=True),
+    BodyMeasure("resurfaced_depth_m", "m", "depth of resurfacing, mean over that fraction"),
     BodyMeasure("ejected_mass_kg", "kg", "mass that has left the ground", terminal=True),
     BodyMeasure("escaping_mass_kg", "kg", "mass that leaves the body", terminal=True),
     BodyMeasure("beta_normal", "1", "beta along the normal of the surface at the site", terminal=True),

@@ -51,7 +51,7 @@ WORDS = {
     "angular_momentum_outside_domain": "angular momentum outside the domain of the grains",
     "surface_offset_spacings": "surface outside its particles, in spacings",
     "surface_voids_filled": "closed voids filled when the surface was made",
-    "linear_share": "share of the velocity gradient inside a particle that grains take over",
+    "linear_share": "fraction of the velocity gradient inside a particle that grains take over",
     "grains_kept": "grains of the bed that stay",
     "grains_shrunk": "grains made smaller for the loosened matter that they stand for",
     "final_D_change_on_t_handoff_x2": "final diameter: change when the handoff is half or twice as late",

@@ -99,8 +99,8 @@ def number(value: float, digits: int = 4) -> str:
         return f"{int(value):,}".replace("-", "−")
     size = abs(value)
     if 1e-3 <= size < 1e6:
-        places = max(0, digits - 1 - math.floor(math.log10(size)))
-        text = f"{value:,.{places}f}"
+        decimals = max(0, digits - 1 - math.floor(math.log10(size)))
+        text = f"{value:,.{decimals}f}"
         return (text.rstrip("0").rstrip(".") if "." in text else text).replace("-", "−")
     mantissa, exponent = f"{value:.{max(digits - 1, 1)}e}".split("e")
     mantissa = mantissa.rstrip("0").rstrip(".")
@@ -126,8 +126,14 @@ def measured(value: float, sigma: float | None, unit: str = "1") -> str:
         power = math.floor(math.log10(size))
         factor, name = factor / 10.0**power, f"10{str(power).translate(_SUPERSCRIPT)} {name}"
     value, sigma = value * factor, sigma * factor
-    places = min(max(1 - math.floor(math.log10(sigma)), 0), max(4 - math.floor(math.log10(max(abs(value), 1e-9))), 0))
-    text = f"{value:.{places}f} ± {sigma:.{places}f}" if round(sigma, places) else f"{value:.{places}f} ± {sigma:.1g}"
+    decimals = min(
+        max(1 - math.floor(math.log10(sigma)), 0), max(4 - math.floor(math.log10(max(abs(value), 1e-9))), 0)
+    )
+    text = (
+        f"{value:.{decimals}f} ± {sigma:.{decimals}f}"
+        if round(sigma, decimals)
+        else f"{value:.{decimals}f} ± {sigma:.1g}"
+    )
     text = text.replace("-", "−")
     return _joined(f"({text})" if name[:2] in ("10", "°") else text, name)
 

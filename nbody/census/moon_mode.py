@@ -75,7 +75,7 @@ def last_leg(
     rate: np.ndarray,
     rng: np.random.Generator,
 ):
-    """Redraw places on the Hill sphere until the flight under moon and planet hits the body.
+    """Redraw positions on the Hill sphere until the flight under moon and planet hits the body.
 
     Returns states above the surface (n, 3) from which the hyperbola hits, the time to there [s] and how many draws
     over the facing hemisphere it took.
@@ -88,10 +88,10 @@ def last_leg(
     )
     waiting = np.arange(len(entry))
     for _ in range(1000):
-        places, tried = bplane.resample(entry[waiting], velocity[waiting], body.radius, body.gm, rng, MARGIN)
+        positions, tried = bplane.resample(entry[waiting], velocity[waiting], body.radius, body.gm, rng, MARGIN)
         draws[waiting] += tried
         x[waiting], v[waiting], later[waiting] = bplane.descend(
-            places, velocity[waiting], planet[waiting], rate[waiting], body.gm, system.planet.gm
+            positions, velocity[waiting], planet[waiting], rate[waiting], body.gm, system.planet.gm
         )
         nearest, _, _ = bplane.pericentre(x[waiting], v[waiting], body.gm)
         inwards = bplane.dot(x[waiting], v[waiting]) < 0.0
@@ -99,7 +99,7 @@ def last_leg(
         if not len(waiting):
             return x, v, later, draws
     raise UnphysicalState(
-        f"n-body: no place on the Hill sphere of {body.title} leads to a hit at "
+        f"n-body: no position on the Hill sphere of {body.title} leads to a hit at "
         f"{np.linalg.norm(velocity[waiting[0]]):.4g} m/s"
     )
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from matter.compilation.jit import kernel, law
 from nbody.masses.dop853 import STAGES
-from nbody.masses.ephemeris import motion, place
+from nbody.masses.ephemeris import body_position, motion
 from nbody.masses.test_particle import field, step
 
 HIT, LEFT, TIMED_OUT, STUCK = 1, 2, 3, 4
@@ -48,7 +48,7 @@ def about(t, y, body, orbits, out):
     for m in range(first, last):
         # the planet is opposite to its moons
         w = -1.0 if body > 0 else orbits.gm[m + 2] / orbits.gm[1]
-        px, py, pz = place(orbits.polynomial, orbits.interval, m + 1, t)
+        px, py, pz = body_position(orbits.polynomial, orbits.interval, m + 1, t)
         ux, uy, uz = motion(orbits.polynomial, orbits.interval, m + 1, t)
         out[0] += w * px
         out[1] += w * py

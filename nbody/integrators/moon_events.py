@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.compilation.jit import law
-from nbody.masses.ephemeris import motion, place
+from nbody.masses.ephemeris import body_position, motion
 from nbody.masses.test_particle import step
 from nbody.population.encounters import (
     APPROACH,
@@ -62,7 +62,7 @@ class Work(NamedTuple):
 @law
 def relative(t, y, moon, orbits, out):
     """State of the particle relative to ``moon`` into ``out`` (6,); returns distance [m] and r.v [m^2/s]."""
-    mx, my, mz = place(orbits.polynomial, orbits.interval, moon + 1, t)
+    mx, my, mz = body_position(orbits.polynomial, orbits.interval, moon + 1, t)
     ux, uy, uz = motion(orbits.polynomial, orbits.interval, moon + 1, t)
     out[0], out[1], out[2] = y[0] - mx, y[1] - my, y[2] - mz
     out[3], out[4], out[5] = y[3] - ux, y[4] - uy, y[5] - uz
@@ -82,7 +82,7 @@ def record(events, count, particle, moon, kind, t, y, h, orbits, out):
         row[TO_MOON + d], row[TO_PLANET + d] = out[d], y[d]
     for m in range(orbits.polynomial.shape[1] - 1):  # the planet is opposite to its moons
         w = orbits.gm[m + 2] / orbits.gm[1]
-        px, py, pz = place(orbits.polynomial, orbits.interval, m + 1, t)
+        px, py, pz = body_position(orbits.polynomial, orbits.interval, m + 1, t)
         ux, uy, uz = motion(orbits.polynomial, orbits.interval, m + 1, t)
         row[TO_PLANET] += w * px
         row[TO_PLANET + 1] += w * py
@@ -158,7 +158,7 @@ def first_entry(now, new, kv, last, orbits, moons, coefficient):
         low, tau = 0.0, 0.0
         while True:
             u = tau / h
-            px, py, pz = place(orbits.polynomial, orbits.interval, m + 1, t + tau)
+            px, py, pz = body_position(orbits.polynomial, orbits.interval, m + 1, t + tau)
             d2 = 0.0
             for d in range(3):
                 c = coefficient[d]

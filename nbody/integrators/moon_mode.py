@@ -1,4 +1,4 @@
-"""Moon mode of the published integration: from the entry into a Hill sphere the particle is flown again from places
+"""Moon mode of the published integration: from the entry into a Hill sphere the particle is flown again from positions
 on the sphere until one of them leads to a hit.
 
 Winter 2017, section 2.1.3; eq. 5, h_max = 0.01 d_min/v_rel, acts here only: the steps at impact printed for
@@ -25,11 +25,11 @@ LARGEST_FRACTION = 0.01  # eq. 5
 
 
 @kernel
-def moon_mode(states, moon, gm, radius, hill, places, out, result):
-    """Restart from the saved ``states`` (n, 6) with the particle at moon + ``places[i]`` until one run hits.
+def moon_mode(states, moon, gm, radius, hill, positions, out, result):
+    """Restart from the saved ``states`` (n, 6) with the particle at moon + ``positions[i]`` until one run hits.
 
     ``result`` receives relative state, state relative to the planet, time, step (14 numbers). Returns (index of the
-    place that hit or -1, steps).
+    position that hit or -1, steps).
     """
     n = states.shape[0]
     last, other = n - 1, moon + 2
@@ -38,12 +38,12 @@ def moon_mode(states, moon, gm, radius, hill, places, out, result):
     kx, kv = np.empty((6, n, 3)), np.empty((6, n, 3))
     x, v, x_new, v_new, xs = np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3)), np.empty((n, 3))
     taken = 0
-    for i in range(places.shape[0]):
+    for i in range(positions.shape[0]):
         for j in range(n):
             for k in range(3):
                 x[j, k], v[j, k] = states[j, k], states[j, 3 + k]
         for k in range(3):
-            x[last, k] = x[other, k] + places[i, k]
+            x[last, k] = x[other, k] + positions[i, k]
         t, h = 0.0, 1e6
         newton(x, masses, kv[0])
         while True:
@@ -107,7 +107,7 @@ def collisions(system: System, table: dict[str, np.ndarray], saved: np.ndarray, 
                 break
             draws += 4096
         else:
-            continue  # no place on the facing hemisphere leads to a hit
+            continue  # no position on the facing hemisphere leads to a hit
         line = encounters.select(table, np.array([row]))
         line["event"][:], line["draws"][:], line["step"][:] = COLLISION, draws, result[13]
         line["time"][:] += result[12]

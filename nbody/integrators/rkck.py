@@ -54,7 +54,7 @@ class Bodies(NamedTuple):
 
 
 @law
-def place(kind, size, leg, last, other, out):
+def step_fraction(kind, size, leg, last, other, out):
     """Fraction of the step at which the distance is ``size`` (or r.v = 0 for the closest approach), by bisection."""
     low, high = 0.0, 1.0
     d, rv = between(0.0, leg, last, other, out)
@@ -133,18 +133,18 @@ def normal_mode(massive, state, first, duration, outer, to_the_end, rows, saved,
                     count = record(rows, count, first + p, inside, np.int64(COLLISION), t, 1.0, leg, out)
                     end = HIT_MOON
                 elif rv0 < 0.0 and rv >= 0.0 and not approached:
-                    u = place(np.int64(APPROACH), 0.0, leg, last, inside + 2, out)
+                    u = step_fraction(np.int64(APPROACH), 0.0, leg, last, inside + 2, out)
                     count = record(rows, count, first + p, inside, np.int64(APPROACH), t, u, leg, out)
                     approached = True
                 if end == FLYING and d > hill[inside]:
-                    u = place(np.int64(EXIT), hill[inside], leg, last, inside + 2, out)
+                    u = step_fraction(np.int64(EXIT), hill[inside], leg, last, inside + 2, out)
                     count = record(rows, count, first + p, inside, np.int64(EXIT), t, u, leg, out)
                     inside = np.int64(-1)
             else:
                 for m in range(moons):
                     d, rv = between(1.0, leg, last, m + 2, out)
                     if d < hill[m]:
-                        u = place(np.int64(ENTRY), hill[m], leg, last, m + 2, out)
+                        u = step_fraction(np.int64(ENTRY), hill[m], leg, last, m + 2, out)
                         for i in range(n):
                             for k in range(3):
                                 saved[count, i, k], saved[count, i, 3 + k] = x_new[i, k], v_new[i, k]
@@ -152,7 +152,7 @@ def normal_mode(massive, state, first, duration, outer, to_the_end, rows, saved,
                         inside, approached = m, never
                         d, rv = between(1.0, leg, last, m + 2, out)
                         if rv >= 0.0:  # entered and passed the closest point within one step
-                            w = place(np.int64(APPROACH), 0.0, leg, last, m + 2, out)
+                            w = step_fraction(np.int64(APPROACH), 0.0, leg, last, m + 2, out)
                             count = record(rows, count, first + p, m, np.int64(APPROACH), t, w, leg, out)
                             approached = True
                         break

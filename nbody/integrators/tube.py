@@ -4,7 +4,7 @@ The moon's longitude is uniform in time and its orbit a circle, so a particle en
 that the moon stands on that arc of its orbit from which the particle's path comes within r_H: possible only while the
 path is inside the torus of minor radius r_H around the orbit. For each passage of the torus the moon's phase is drawn
 uniformly from the window of width D that contains the arc, path and moon are followed, and if they meet, one entry of
-weight D / 2 pi is booked with the speed and place that they have there.
+weight D / 2 pi is booked with the speed and position that they have there.
 
 For straight paths the expected weight is sqrt(r_H^2 - delta^2) / (pi a sin psi), delta the distance between the lines
 of path and orbit, psi the angle between relative motion and orbit. Spreading the moon over the torus instead, weight u
@@ -55,7 +55,7 @@ class Inside(NamedTuple):
 
 @law
 def from_ring(x, orbit):
-    """Distance of a place from the circle of radius ``orbit`` in the plane z = 0."""
+    """Distance of a position from the circle of radius ``orbit`` in the plane z = 0."""
     rho = (x[0] * x[0] + x[1] * x[1]) ** 0.5 - orbit
     return (rho * rho + x[2] * x[2]) ** 0.5
 
@@ -204,7 +204,7 @@ def _events(system: System, rows: np.ndarray, lot: Lot, seed: int) -> dict[str, 
         velocity = met.velocity * np.sqrt(boost)[:, None]
         weight = met.window / (2.0 * math.pi) * boost * lot.weight[mine[:, 0].astype(int) - lot.first]
         mine[:, 3] += met.time
-        tables += _three(mine, index, met.place, velocity, met.moon, met.motion, weight, moon.gm)
+        tables += _three(mine, index, met.position, velocity, met.moon, met.motion, weight, moon.gm)
     return encounters.join(tables)
 
 
@@ -215,7 +215,7 @@ class Meetings(NamedTuple):
     row: np.ndarray
     window: np.ndarray
     time: np.ndarray
-    place: np.ndarray
+    position: np.ndarray
     velocity: np.ndarray
     moon: np.ndarray
     motion: np.ndarray
@@ -227,7 +227,7 @@ def meetings(
     """Put the moon at random on its orbit for each passage that begins at (x, v) (n, 3) and keep those that it meets
     within its Hill radius.
 
-    The path is followed under the planet alone for ``duration`` [s] (hours), the moon on its circle; place and
+    The path is followed under the planet alone for ``duration`` [s] (hours), the moon on its circle; position and
     velocity of an entry are relative to the moon.
     """
     hill, a = hill_radius(moon), moon.semi_major_axis
@@ -245,13 +245,15 @@ def meetings(
     inside = np.linalg.norm(paths - moons, axis=-1) < hill
     met = np.flatnonzero(inside.any(axis=0) & ~inside[0])
     last = inside[:, met].argmax(axis=0) - 1  # the sample before the entry
-    place, velocity = (paths - moons)[last, met], (motions - moving)[last, met]
-    u2, xu = bplane.dot(velocity, velocity), bplane.dot(place, velocity)
-    root = np.sqrt(np.maximum(xu**2 - u2 * (bplane.dot(place, place) - hill**2), 0.0))
+    position, velocity = (paths - moons)[last, met], (motions - moving)[last, met]
+    u2, xu = bplane.dot(velocity, velocity), bplane.dot(position, velocity)
+    root = np.sqrt(np.maximum(xu**2 - u2 * (bplane.dot(position, position) - hill**2), 0.0))
     part = (-xu - root) / u2
-    place = place + part[:, None] * velocity
-    place *= hill / np.linalg.norm(place, axis=1)[:, None]
-    return Meetings(met, (high - low)[met], last * h[met] + part, place, velocity, moons[last, met], moving[last, met])
+    position = position + part[:, None] * velocity
+    position *= hill / np.linalg.norm(position, axis=1)[:, None]
+    return Meetings(
+        met, (high - low)[met], last * h[met] + part, position, velocity, moons[last, met], moving[last, met]
+    )
 
 
 def _followed(x: np.ndarray, v: np.ndarray, h: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray]:
@@ -270,15 +272,15 @@ def _followed(x: np.ndarray, v: np.ndarray, h: np.ndarray, gm: float) -> tuple[n
     return paths, motions
 
 
-def _three(mine, index, place, velocity, moon_place, moon_motion, weight, gm) -> list[dict[str, np.ndarray]]:
+def _three(mine, index, position, velocity, moon_position, moon_motion, weight, gm) -> list[dict[str, np.ndarray]]:
     """Tables of entries, closest approaches and exits."""
-    nearest, speed, time = bplane.pericentre(place, velocity, gm)
-    up, out = bplane.apsis(place, velocity, gm)
+    nearest, speed, time = bplane.pericentre(position, velocity, gm)
+    up, out = bplane.apsis(position, velocity, gm)
     tables = []
     for kind, x, v, later in (
-        (ENTRY, place, velocity, 0.0),
+        (ENTRY, position, velocity, 0.0),
         (APPROACH, nearest[:, None] * up, speed[:, None] * out, time),
-        (EXIT, *bplane.mirrored(place, velocity, up), 2.0 * time),
+        (EXIT, *bplane.mirrored(position, velocity, up), 2.0 * time),
     ):
         rows = np.zeros((len(mine), encounters.RAW))
         rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 16] = (
@@ -288,6 +290,6 @@ def _three(mine, index, place, velocity, moon_place, moon_motion, weight, gm) ->
             mine[:, 3] + later,
             mine[:, 2],
         )
-        rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13:16] = x, v, moon_place + x, moon_motion + v
+        rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13:16] = x, v, moon_position + x, moon_motion + v
         tables.append(encounters.from_rows(rows, weight))
     return tables

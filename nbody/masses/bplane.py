@@ -49,10 +49,10 @@ def hit_probability(radius: float, gm: float, distance: np.ndarray | float, spee
 def resample(
     entry: np.ndarray, velocity: np.ndarray, radius: float, gm: float, rng: np.random.Generator, margin: float = 1.0
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Moon mode: new places on the Hill sphere from which particles hit, for entries (n, 3) with velocities (n, 3)
+    """Moon mode: new positions on the Hill sphere from which particles hit, for entries (n, 3) with velocities (n, 3)
     relative to the moon.
 
-    Returns places (n, 3) and how many uniform draws over the facing hemisphere each would have taken. ``margin``
+    Returns positions (n, 3) and how many uniform draws over the facing hemisphere each would have taken. ``margin``
     widens the disc (b <= margin b_max). An entry points inwards, so that at least half of the cap lies on that
     hemisphere: there is always a solution.
     """
@@ -63,23 +63,23 @@ def resample(
     first = np.cross(back, np.where(abs(back[:, 2:]) < 0.9, [[0.0, 0.0, 1.0]], [[1.0, 0.0, 0.0]]))
     first /= np.linalg.norm(first, axis=1)[:, None]
     second = np.cross(back, first)
-    places, hits, waiting = np.empty_like(n), np.zeros(len(n), np.int64), np.arange(len(n))
+    positions, hits, waiting = np.empty_like(n), np.zeros(len(n), np.int64), np.arange(len(n))
     while len(waiting):
         c = rng.uniform(least[waiting], 1.0)
         longitude = rng.uniform(0.0, 2.0 * math.pi, len(waiting))
         s = np.sqrt(1.0 - c * c)
         side = np.cos(longitude)[:, None] * first[waiting] + np.sin(longitude)[:, None] * second[waiting]
-        places[waiting] = c[:, None] * back[waiting] + s[:, None] * side
+        positions[waiting] = c[:, None] * back[waiting] + s[:, None] * side
         hits[waiting] += 1
-        waiting = waiting[dot(places[waiting], n[waiting]) < 0.0]
-    # each draw falls into the cap with probability 1 - cos(theta_max), its share of the hemisphere
-    return distance[:, None] * places, rng.negative_binomial(hits, np.maximum(1.0 - least, 1e-12)) + hits
+        waiting = waiting[dot(positions[waiting], n[waiting]) < 0.0]
+    # each draw falls into the cap with probability 1 - cos(theta_max), its fraction of the hemisphere
+    return distance[:, None] * positions, rng.negative_binomial(hits, np.maximum(1.0 - least, 1e-12)) + hits
 
 
-def fall(place: np.ndarray, velocity: np.ndarray, radius: float, gm: float) -> Impact:
+def fall(entry: np.ndarray, velocity: np.ndarray, radius: float, gm: float) -> Impact:
     """Two-body flight of particles (n, 3) from outside down to ``radius``; all must hit (NaN where they do not)."""
-    r0, v0 = np.sqrt(dot(place, place)), np.sqrt(dot(velocity, velocity))
-    h = np.cross(place, velocity)
+    r0, v0 = np.sqrt(dot(entry, entry)), np.sqrt(dot(velocity, velocity))
+    h = np.cross(entry, velocity)
     momentum = np.sqrt(dot(h, h))
     energy = 0.5 * v0**2 - gm / r0
     speed = np.sqrt(2.0 * (energy + gm / radius))
@@ -89,7 +89,7 @@ def fall(place: np.ndarray, velocity: np.ndarray, radius: float, gm: float) -> I
     e = np.sqrt(np.maximum(1.0 + 2.0 * energy * momentum**2 / gm**2, 1e-30))
     start = -np.arccos(np.clip((p / r0 - 1.0) / e, -1.0, 1.0))
     end = -np.arccos(np.clip((p / radius - 1.0) / e, -1.0, 1.0))
-    up = place / r0[:, None]
+    up = entry / r0[:, None]
     across = velocity - dot(velocity, up)[:, None] * up
     length = np.sqrt(dot(across, across))
     across = np.where(length[:, None] > 0.0, across / np.maximum(length, 1e-300)[:, None], 0.0)
@@ -115,7 +115,7 @@ def _time(anomaly: np.ndarray, energy: np.ndarray, momentum: np.ndarray, e: np.n
 
 
 def descend(
-    place: np.ndarray,
+    position: np.ndarray,
     velocity: np.ndarray,
     planet: np.ndarray,
     rate: np.ndarray,
@@ -128,9 +128,9 @@ def descend(
 
     a = -GM x/r^3 + GM_p [ (p - x)/|p - x|^3 - p/|p|^3 ], the ``planet`` p (n, 3) turning about +z at ``rate`` (n,);
     Runge-Kutta 4, 24 steps. Against the hyperbola alone this takes off errors up to 1.1 deg and 1.2e-3 in speed of
-    slow particles. Returns place, velocity, time.
+    slow particles. Returns position, velocity, time.
     """
-    r0, v0 = np.sqrt(dot(place, place)), np.sqrt(dot(velocity, velocity))
+    r0, v0 = np.sqrt(dot(position, position)), np.sqrt(dot(velocity, velocity))
     end = (1.0 - depth) * r0 / v0
 
     def acceleration(t: np.ndarray, x: np.ndarray) -> np.ndarray:
@@ -139,7 +139,7 @@ def descend(
         pull = [(q, np.sqrt(dot(q, q))[:, None] ** 3) for q in (p - x, p, x)]
         return gm_planet * (pull[0][0] / pull[0][1] - pull[1][0] / pull[1][1]) - gm * pull[2][0] / pull[2][1]
 
-    x, v, t = place, velocity, np.zeros(len(place))
+    x, v, t = position, velocity, np.zeros(len(position))
     h = end / 24.0
     k = h[:, None]
     for _ in range(24):
@@ -156,11 +156,11 @@ def descend(
     return x, v, end
 
 
-def pericentre(place: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Distance [m], speed [m/s] and time from ``place`` [s] of the closest approach of particles (n, 3) on two-body
+def pericentre(position: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Distance [m], speed [m/s] and time from ``position`` [s] of the closest approach of particles (n, 3) on two-body
     orbits."""
-    r0, v0 = np.sqrt(dot(place, place)), np.sqrt(dot(velocity, velocity))
-    h = np.cross(place, velocity)
+    r0, v0 = np.sqrt(dot(position, position)), np.sqrt(dot(velocity, velocity))
+    h = np.cross(position, velocity)
     momentum = np.sqrt(dot(h, h))
     energy = 0.5 * v0**2 - gm / r0
     e = np.sqrt(np.maximum(1.0 + 2.0 * energy * momentum**2 / gm**2, 1e-30))
@@ -170,16 +170,16 @@ def pericentre(place: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.n
     return nearest, momentum / nearest, _time(start, energy, momentum, e, gm)
 
 
-def apsis(place: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray]:
+def apsis(position: np.ndarray, velocity: np.ndarray, gm: float) -> tuple[np.ndarray, np.ndarray]:
     """Unit vectors to the closest approach and along the motion there, for particles (n, 3) on two-body orbits."""
-    h = np.cross(place, velocity)
-    eccentricity = np.cross(velocity, h) / gm - place / np.linalg.norm(place, axis=1)[:, None]
+    h = np.cross(position, velocity)
+    eccentricity = np.cross(velocity, h) / gm - position / np.linalg.norm(position, axis=1)[:, None]
     up = eccentricity / np.maximum(np.linalg.norm(eccentricity, axis=1), 1e-300)[:, None]
     along = np.cross(h / np.maximum(np.linalg.norm(h, axis=1), 1e-300)[:, None], up)
     return up, along
 
 
-def mirrored(place: np.ndarray, velocity: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def mirrored(position: np.ndarray, velocity: np.ndarray, up: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """State at the same distance on the way out: the orbit is symmetric about the apsis ``up``, with time reversed."""
-    x = 2.0 * dot(place, up)[:, None] * up - place
+    x = 2.0 * dot(position, up)[:, None] * up - position
     return x, velocity - 2.0 * dot(velocity, up)[:, None] * up

@@ -57,11 +57,11 @@ class Ephemeris:
         """Position and velocity [m, m/s] of ``body`` (0 Sun, 1 planet, 2 ... moons) at times ``t`` [s], shape (...,
         3)."""
         t = np.asarray(t, float)
-        place = np.clip((t / self.interval).astype(int), 0, len(self.polynomial) - 1)
-        u = (t / self.interval - place)[..., None]
+        body_position = np.clip((t / self.interval).astype(int), 0, len(self.polynomial) - 1)
+        u = (t / self.interval - body_position)[..., None]
 
         def one(column: int) -> tuple[np.ndarray, np.ndarray]:
-            c = np.moveaxis(self.polynomial[place, column], -1, 0)
+            c = np.moveaxis(self.polynomial[body_position, column], -1, 0)
             x = ((((c[5] * u + c[4]) * u + c[3]) * u + c[2]) * u + c[1]) * u + c[0]
             v = (((5 * c[5] * u + 4 * c[4]) * u + 3 * c[3]) * u + 2 * c[2]) * u + c[1]
             return x, v / self.interval
@@ -74,7 +74,7 @@ class Ephemeris:
 
 
 @law
-def place(polynomial, interval, body, t):
+def body_position(polynomial, interval, body, t):
     """Position (x, y, z) [m] of column ``body`` at time ``t`` [s]."""
     s = t / interval
     i = min(max(int(s), 0), polynomial.shape[0] - 1)

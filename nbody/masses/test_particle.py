@@ -17,7 +17,7 @@ from __future__ import annotations
 
 from matter.compilation.jit import law
 from nbody.masses.dop853 import COLUMNS, COUNT, E3, E5, STAGES, A, B, C
-from nbody.masses.ephemeris import place
+from nbody.masses.ephemeris import body_position
 
 
 @law
@@ -25,7 +25,7 @@ def field(t, x, y, z, near, orbits):
     """Acceleration (x, y, z) [m/s^2] at time ``t``; ``near``: moons one by one, else rings of quadrupole
     ``orbits.ring`` = q."""
     gm, ring = orbits.gm, orbits.ring
-    sx, sy, sz = place(orbits.polynomial, orbits.interval, 0, t)
+    sx, sy, sz = body_position(orbits.polynomial, orbits.interval, 0, t)
     dx, dy, dz = sx - x, sy - y, sz - z
     d2 = dx * dx + dy * dy + dz * dz
     s2 = sx * sx + sy * sy + sz * sz
@@ -39,7 +39,7 @@ def field(t, x, y, z, near, orbits):
     if near:
         jx, jy, jz = 0.0, 0.0, 0.0
         for m in range(orbits.polynomial.shape[1] - 1):
-            mx, my, mz = place(orbits.polynomial, orbits.interval, m + 1, t)
+            mx, my, mz = body_position(orbits.polynomial, orbits.interval, m + 1, t)
             g = gm[m + 2]
             jx -= g * mx
             jy -= g * my
@@ -78,7 +78,7 @@ def swing(t, y, sign, orbits):
     cosine, sine = y[0] / rho, y[1] / rho
     r5 = r2 * r2 * r2**0.5
     for m in range(orbits.polynomial.shape[1] - 1):
-        mx, my, _ = place(orbits.polynomial, orbits.interval, m + 1, t)
+        mx, my, _ = body_position(orbits.polynomial, orbits.interval, m + 1, t)
         a2 = mx * mx + my * my
         g = sign * gm[m + 2] * a2 / (gm[1] / (a2 * a2**0.5)) ** 0.5
         c, s = (mx * cosine + my * sine), (my * cosine - mx * sine)

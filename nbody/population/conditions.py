@@ -48,14 +48,14 @@ COLUMNS = ("speed_at_infinity_km_s", "inclination_deg", "weight")
 
 @dataclass(frozen=True)
 class Population:
-    """How particles start: ``draw(system, start, count, rng) -> (position, velocity, weight)`` relative to Jupiter.
+    """How particles start: ``states(system, start, count, rng) -> (position, velocity, weight)`` relative to Jupiter.
 
     ``mean_anomaly`` of Jupiter at the start [rad] (None: random in every chunk), ``duration`` of a flight [s],
     ``focused``: constructed collisions weigh by their chance to hit (not so in the thesis).
     """
 
     name: str
-    draw: Callable[[System, Start, int, np.random.Generator], tuple[np.ndarray, np.ndarray, np.ndarray]]
+    states: Callable[[System, Start, int, np.random.Generator], tuple[np.ndarray, np.ndarray, np.ndarray]]
     mean_anomaly: float | None
     duration: float
     focused: bool = True
@@ -92,7 +92,7 @@ def lot(system: System, population: Population, seed: int, chunk: int) -> Lot:
     anomaly = 2.0 * math.pi * ((first + chunk * 0.5 * (math.sqrt(5.0) - 1.0)) % 1.0)
     longitudes = rng.uniform(0.0, 2.0 * math.pi, len(system.moons))
     begin = place_bodies(system, anomaly if population.mean_anomaly is None else population.mean_anomaly, longitudes)
-    position, velocity, weight = population.draw(system, begin, CHUNK, rng)
+    position, velocity, weight = population.states(system, begin, CHUNK, rng)
     state = np.hstack([position + begin.position[1], velocity + begin.velocity[1]])
     return Lot(chunk * CHUNK, begin, np.ascontiguousarray(state), weight)
 
@@ -152,14 +152,14 @@ def _printed(system: System, start: Start, count: int, rng: np.random.Generator)
     1.65-1.73 Hill radii away."""
     signs = rng.choice([-1.0, 1.0], (count, 3))
     axes = triad(start)
-    place = signs * rng.uniform(*SHELL, (count, 3)) * system.start_radius
-    aim = -place / np.linalg.norm(place, axis=1)[:, None]
-    return place @ axes, velocities_in_cone(aim, LITERAL_SPEEDS, CONE, rng) @ axes, np.ones(count)
+    position = signs * rng.uniform(*SHELL, (count, 3)) * system.start_radius
+    aim = -position / np.linalg.norm(position, axis=1)[:, None]
+    return position @ axes, velocities_in_cone(aim, LITERAL_SPEEDS, CONE, rng) @ axes, np.ones(count)
 
 
 def _heliocentric(distance: np.ndarray, latitude: np.ndarray, mu: float, rng: np.random.Generator):
     """Velocities (radial, orbital, vertical) and density weights of orbits uniform in a, e, i with random angles, at
-    given places.
+    given positions.
 
     Spatial density of one orbit at distance r and latitude beta (Kessler 1981, Icarus 48, 39): 1 / (2 pi^3 r a
     sqrt((sin^2 i - sin^2 beta) (r - q) (Q - r))). For orbits uniform in ``a`` this makes the eccentric anomaly
@@ -190,9 +190,9 @@ def _corrected(system: System, start: Start, count: int, rng: np.random.Generato
     waiting = np.arange(count)
     while len(waiting):
         n = directions(len(waiting), rng)
-        place = home + radius * n
-        distance = np.linalg.norm(place, axis=1)
-        up = place / distance[:, None]
+        point = home + radius * n
+        distance = np.linalg.norm(point, axis=1)
+        up = point / distance[:, None]
         east = np.stack([-up[:, 1], up[:, 0], np.zeros(len(up))], axis=1)
         east /= np.linalg.norm(east, axis=1)[:, None]
         north = np.cross(up, east)
@@ -229,19 +229,19 @@ def _beam(system: System, incoming: np.ndarray, speed: np.ndarray, weight: np.nd
     asymptote = -np.arccos(-1.0 / e)
     turn = anomaly - asymptote  # the body moves from direction -incoming towards side
     x, y = -incoming, side
-    place = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
+    position = np.cos(turn)[:, None] * x + np.sin(turn)[:, None] * y
     across = -np.sin(turn)[:, None] * x + np.cos(turn)[:, None] * y
     momentum = b * speed
     radial, transverse = mu / momentum * e * np.sin(anomaly), momentum / radius
-    return radius * place, radial[:, None] * place + transverse[:, None] * across, weight * b_max**2
+    return radius * position, radial[:, None] * position + transverse[:, None] * across, weight * b_max**2
 
 
 def _isotropic(speed: float):
-    def draw(system: System, start: Start, count: int, rng: np.random.Generator):
+    def states(system: System, start: Start, count: int, rng: np.random.Generator):
         position, velocity, weight = _beam(system, directions(count, rng), np.full(count, speed), np.ones(count), rng)
         return position, velocity, weight / weight[0]
 
-    return draw
+    return states
 
 
 def read_asymptotes(path: Path) -> np.ndarray:
@@ -284,7 +284,7 @@ def _check_row(path: Path, number: int, values: list[float]) -> None:
 def _from_file(path: Path):
     table = read_asymptotes(path)
 
-    def draw(system: System, start: Start, count: int, rng: np.random.Generator):
+    def states(system: System, start: Start, count: int, rng: np.random.Generator):
         widest = max(m.semi_major_axis + 3.0 * hill_radius(m) for m in system.moons) * 1.1
         rate = table[:, 2] * (widest**2 + 2.0 * system.planet.gm * widest / table[:, 0] ** 2)
         # by number of arrivals, so that every particle weighs the same
@@ -297,7 +297,7 @@ def _from_file(path: Path):
         position, velocity, _ = _beam(system, incoming, table[row, 0], np.ones(count), rng)
         return position, velocity, np.ones(count)
 
-    return draw
+    return states
 
 
 def population(name: str, mean_anomaly: float | str | None = None, speed: float = ISOTROPIC_SPEED) -> Population:

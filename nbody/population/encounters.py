@@ -62,7 +62,10 @@ TABLE: dict[str, Column] = {
     "jovicentric_position": Column((3,), "float64", "m", "particle minus Jupiter"),
     "jovicentric_velocity": Column((3,), "float64", "m/s", "particle minus Jupiter"),
     "leading": Column(
-        (), "float64", "1", "cosine of the angle between the place on the moon and its direction of motion (+1 apex)"
+        (),
+        "float64",
+        "1",
+        "cosine of the angle between the position on the moon and its direction of motion (+1 apex)",
     ),
     "longitude": Column(
         (),
@@ -98,7 +101,7 @@ def from_rows(rows: np.ndarray, weight: np.ndarray | float = 1.0) -> dict[str, n
 
 
 def derive(table: dict[str, np.ndarray]) -> None:
-    """Fill the columns that follow from the two states: speed, angle, distance, z, flags, place on the moon."""
+    """Fill the columns that follow from the two states: speed, angle, distance, z, flags, position on the moon."""
     x, v = table["position"], table["velocity"]
     planet, motion = table["jovicentric_position"], table["jovicentric_velocity"]
     distance, speed = np.linalg.norm(x, axis=1), np.linalg.norm(v, axis=1)
@@ -129,7 +132,7 @@ def select(table: dict[str, np.ndarray], which: np.ndarray) -> dict[str, np.ndar
 
 
 def latitude(table: dict[str, np.ndarray]) -> np.ndarray:
-    """Latitude of the place on the moon [rad]."""
+    """Latitude of the position on the moon [rad]."""
     return np.arcsin(np.clip(table["z"] / np.maximum(table["distance"], 1e-300), -1.0, 1.0))
 
 

@@ -93,9 +93,9 @@ def apply(rule: str, table: dict[str, np.ndarray], moon: int, window: tuple[floa
         raise InputError(f"the rule {rule!r} finds no impact among {len(inside)}: ask for more encounters")
     speed, weight = hits["speed"], hits["weight"]
     if match is None:  # draw one
-        share = weight[inside] / weight[inside].sum()
+        fraction = weight[inside] / weight[inside].sum()
         row = np.flatnonzero(inside)[
-            np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,))).choice(inside.sum(), p=share)
+            np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(2,))).choice(inside.sum(), p=fraction)
         ]
         return Choice(
             Statistic(float(speed[row]), float("nan"), 1), Statistic(float(hits["angle"][row]), float("nan"), 1)

@@ -34,11 +34,12 @@ def speed_limits(moon: Body, quadrature: bool, v_infinity: float = 0.0) -> tuple
 
 
 def beam_angles(bands: np.ndarray, sigma: float = math.radians(22.0)) -> tuple[np.ndarray, np.ndarray]:
-    """Mean impact angle [rad] and share of impacts in bands of |latitude| [rad] under straight beams near the
+    """Mean impact angle [rad] and fraction of impacts in bands of |latitude| [rad] under straight beams near the
     equatorial plane.
 
-    Radiants have a Gaussian elevation b of width ``sigma`` and any longitude; a place of latitude phi sees cos(gamma)
-    = sin(phi) sin(b) + cos(phi) cos(b) cos(lambda) and receives the flux cos(gamma). ``bands`` has shape (n, 2).
+    Radiants have a Gaussian elevation b of width ``sigma`` and any longitude; a position of latitude phi sees
+    cos(gamma) = sin(phi) sin(b) + cos(phi) cos(b) cos(lambda) and receives the flux cos(gamma). ``bands`` has shape
+    (n, 2).
     """
     # nearest pole's half of the sphere is enough: the distribution of b is symmetric
     phi = np.radians(np.arange(0.25, 90.0, 0.5))
@@ -49,14 +50,14 @@ def beam_angles(bands: np.ndarray, sigma: float = math.radians(22.0)) -> tuple[n
     flux = np.maximum(cosine, 0.0) * np.cos(p) * np.exp(-0.5 * (e / sigma) ** 2)
     angle = np.arccos(np.clip(cosine, -1.0, 1.0))
     received, moment = flux.sum(axis=(1, 2)), (flux * angle).sum(axis=(1, 2))
-    mean, share = np.empty(len(bands)), np.empty(len(bands))
+    mean, fraction = np.empty(len(bands)), np.empty(len(bands))
     for index, (low, high) in enumerate(bands):
         inside = (phi >= low) & (phi < high)
-        mean[index], share[index] = (
+        mean[index], fraction[index] = (
             moment[inside].sum() / received[inside].sum(),
             received[inside].sum() / received.sum(),
         )
-    return mean, share
+    return mean, fraction
 
 
 def isotropic_encounters(moon: Body, v_infinity: float) -> tuple[float, float]:
@@ -65,7 +66,7 @@ def isotropic_encounters(moon: Body, v_infinity: float) -> tuple[float, float]:
 
     Straight-line encounter at the orbit: speed v_p^2 = v_infinity^2 + 2 GM_p/a with isotropic directions, relative
     speed u, rate proportional to u (1 + v_esc^2/u^2), v_imp^2 = u^2 + v_esc^2. A beam from the direction at angle psi
-    off the apex puts the share (1 + cos psi)/2 of its impacts on the leading hemisphere.
+    off the apex puts the fraction (1 + cos psi)/2 of its impacts on the leading hemisphere.
     """
     planet, orbit, own = load(moon.around), orbital_speed(moon), escape_speed(moon.gm, moon.radius)
     fall = math.sqrt(v_infinity**2 + escape_speed(planet.gm, moon.semi_major_axis) ** 2)

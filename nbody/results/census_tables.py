@@ -84,7 +84,7 @@ def flags(table: Table, moons: Sequence[Body]) -> str:
 
 
 def in_band(table: Table, low: float, high: float) -> np.ndarray:
-    """Mask of places with |latitude| in [low, high) degrees."""
+    """Mask of positions with |latitude| in [low, high) degrees."""
     latitude = np.degrees(np.abs(encounters.latitude(table)))
     return (latitude >= low) & (latitude < high)
 
@@ -108,9 +108,9 @@ def basins(table: Table, moon: int) -> str:
 def latitudes(table: Table, moon: int) -> str:
     """Table 7: mean angle in bands of |latitude|, with the beam model beside it, and the impacts per unit area."""
     hit = hits(table, moon)
-    model, share = analytic.beam_angles(np.radians(BANDS))
+    model, fraction = analytic.beam_angles(np.radians(BANDS))
     total, rows = hit["weight"].sum(), []
-    for (low, high), angle, part in zip(BANDS, model, share):
+    for (low, high), angle, part in zip(BANDS, model, fraction):
         inside = in_band(hit, low, high)
         area = math.sin(math.radians(high)) - math.sin(math.radians(low))
         weight = hit["weight"][inside]

@@ -168,9 +168,9 @@ def latitude_dependence(table: Table, moons: Sequence[Body], target: int, out: P
     hit, width = census_tables.hits(table, target), 7.5
     figure, axes = _axes(1, 2, width=11.0, height=4.0)
     lows = np.arange(0.0, 90.0, width)
-    model, share = analytic.beam_angles(np.radians(np.stack([lows, lows + width], axis=1)))
+    model, fraction = analytic.beam_angles(np.radians(np.stack([lows, lows + width], axis=1)))
     rows = []
-    for low, angle, part in zip(lows, model, share):
+    for low, angle, part in zip(lows, model, fraction):
         inside = census_tables.in_band(hit, low, low + width)
         area = math.sin(math.radians(low + width)) - math.sin(math.radians(low))
         mean, weight = census_tables.mean_angle(hit, inside), hit["weight"][inside]

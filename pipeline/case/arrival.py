@@ -38,7 +38,9 @@ def filled(document: dict[str, Any]) -> tuple[dict[str, Any], list[Complaint]]:
         own = body.model_copy(update={"latitude": 0.0, "longitude": 0.0}).placed
         solid = own.solid.turned(own.turn.T)
         assert body.arrival is not None
-        found = arrival_geometry.of(solid, body.arrival, *((body.latitude, body.longitude) if site else (None, None)))
+        found = arrival_geometry.arrival(
+            solid, body.arrival, *((body.latitude, body.longitude) if site else (None, None))
+        )
     except InputError as reason:
         return document, [Complaint(("target", "arrival"), str(reason))]
     except (ValidationError, TypeError, AttributeError, KeyError, AssertionError):

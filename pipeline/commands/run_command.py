@@ -196,7 +196,7 @@ def run_case(
             )
         check_sweep(read.sweep)
         if checkpoint_every:
-            set_pace(Pace.of(checkpoint_every))
+            set_pace(Pace.from_text(checkpoint_every))
         if scheduler:
             raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)

@@ -45,7 +45,7 @@ def _distance(solid: Solid, height: float) -> Distance:
 @lru_cache(maxsize=2)
 def _samples(solid: Solid, height: float) -> np.ndarray:
     """Distances [m] of points spread evenly in the body from the site, sorted."""
-    points = Interior(solid, _distance(solid, height)).draw(np.random.default_rng(0), SAMPLES)
+    points = Interior(solid, _distance(solid, height)).random_points(np.random.default_rng(0), SAMPLES)
     return np.sort(np.linalg.norm(points - [0.0, 0.0, height], axis=1))
 
 

@@ -103,16 +103,16 @@ def test_a_cap_that_is_cut_out_has_its_depth_and_volume_on_the_map(site):
     assert -lowest.value == pytest.approx(cut.depth, abs=3.0 * lowest.sigma) and lowest.sigma < 0.1 * cut.depth
     # the ball's surface along the normal of every point
     chart = seen.chart
-    towards = cut.centre - chart.points.place
+    towards = cut.centre - chart.points.position
     along = np.einsum("ij,ij->i", towards, -chart.points.normal)
     reach = along**2 - np.sum(towards**2, axis=1) + cut.radius**2
-    floor = np.linalg.norm(chart.points.place - [0.0, 0.0, placed.height], axis=1) < 10.0
+    floor = np.linalg.norm(chart.points.position - [0.0, 0.0, placed.height], axis=1) < 10.0
     deep = (along + np.sqrt(np.maximum(reach, 0.0)))[floor]
     mean = np.average(-chart.change[floor], weights=chart.points.area[floor])
     assert mean == pytest.approx(np.average(deep, weights=chart.points.area[floor]), abs=0.25 * SPACING)
     # no deeper than a spacing on ground that was not touched
-    far = ~cut.inside(shape.points(lambda x: levels.local_spacing(seen.before.cloud, x)).place)
-    away = np.linalg.norm(seen.chart.points.place - cut.centre, axis=1) > cut.radius + 3.0 * SPACING
+    far = ~cut.inside(shape.surface_points(lambda x: levels.local_spacing(seen.before.cloud, x)).position)
+    away = np.linalg.norm(seen.chart.points.position - cut.centre, axis=1) > cut.radius + 3.0 * SPACING
     assert np.abs(seen.chart.change[far & away]).max() < 0.05 * SPACING
     share = seen.chart.points.area[~far].sum() / seen.chart.points.area.sum()
     assert measured.resurfaced_share(seen).value == pytest.approx(share, rel=0.5)
@@ -131,11 +131,11 @@ def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
     shape, every = Shape(placed, AXES), lattice(4.0, 115.0)
     foot = shape.under(every.position)
     profile = synthetic.bowl(wide, 0.2, 0.04)
-    away = np.linalg.norm(foot.place - [0.0, 0.0, placed.height], axis=1)
+    away = np.linalg.norm(foot.position - [0.0, 0.0, placed.height], axis=1)
     before, after = every.select(foot.height < 0.0), every.select(foot.height < profile(away))
     ground = Unrolled(shape, Standing(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
-    flat = locate.ground_before(ground.of(before), chosen.datum, chosen.reach, chosen.sectors)
+    flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     # a body that was hit has turned and flies on
     turned = bodies.moved(after, _turn([0.3, -0.5, 0.2]), np.array([30.0, -500.0, 7.0]))
     crater = chosen.measured(turned, flat, "the body")
@@ -156,7 +156,7 @@ def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
     after = before.select(~cut.inside(before.position))
     ground = Unrolled(shape, Standing(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
-    flat = locate.ground_before(ground.of(before), chosen.datum, chosen.reach, chosen.sectors)
+    flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater = chosen.measured(after, flat, "the body")
     seen = look_at(before, after, shape)
     kind, reason = body_findings.classed(seen, measured.all_of(seen), crater)

@@ -52,7 +52,7 @@ def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40
     """Class and reason as the stage finds them, of a case that expects a transient crater of this ``size`` [m]."""
     ground = Unrolled(shape, Standing(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 2.5 * size, 0.5 * size, ground=ground)
-    flat = locate.ground_before(ground.of(before), chosen.datum, chosen.reach, chosen.sectors)
+    flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater: Measures | None = None
     try:
         crater = chosen.measured(after, flat, "the body")
@@ -66,7 +66,7 @@ def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40
 def with_bowl(shape: Shape, every: Particles, radius: float, depth: float) -> Particles:
     """The body with a bowl of this rim ``radius`` and ``depth`` [m] over the chord from the site."""
     foot = shape.under(every.position)
-    away = np.linalg.norm(foot.place - [0.0, 0.0, shape.placed.height], axis=1)
+    away = np.linalg.norm(foot.position - [0.0, 0.0, shape.placed.height], axis=1)
     return every.select(foot.height < synthetic.bowl(radius, 0.5 * depth / radius, 0.02)(away))
 
 
@@ -128,7 +128,7 @@ def on_a_ball(change_of, noise: float = 1e-3) -> HeightMap:
     """A map of a ball of radius 1 whose change is a function of the cosine of the distance from the site."""
     known = solids.ball(1.0, 5)
     points = spread(known.vertices, known.triangles)
-    change, zero = change_of(points.place[:, 2]), np.zeros(len(points.place))
+    change, zero = change_of(points.position[:, 2]), np.zeros(len(points.position))
     return HeightMap(points, np.full(len(zero), 0.05), zero, change, noise, zero)
 
 

@@ -384,7 +384,7 @@ def test_slopes_of_a_resting_ellipsoid_are_those_of_its_closed_form():
         np.prod(half) * quad(lambda u, a=a: 1.0 / ((a**2 + u) * np.sqrt(np.prod(half**2 + u))), 0.0, np.inf)[0]
         for a in half
     ]
-    own = found.place @ body.placed.turn
+    own = found.position @ body.placed.turn
     g, normal = -own * parts, own / half**2
     cosine = -np.einsum("ij,ij->i", g, normal) / np.linalg.norm(g, axis=1) / np.linalg.norm(normal, axis=1)
     exact = np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0)))

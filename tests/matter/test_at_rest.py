@@ -34,7 +34,10 @@ def test_what_a_case_says_is_its_own():
     )
     own = at_rest.own(collect(("basalt", "ice"), {"basalt": rubble}).at_rest)
     assert own == {"basalt": AtRest(solid=3500.0, bulk=3500.0 / 1.4583)}
-    assert at_rest.of("basalt", own) == own["basalt"] and at_rest.of("ice", own).bulk == 917.0
+    assert (
+        at_rest.densities_at_rest("basalt", own) == own["basalt"]
+        and at_rest.densities_at_rest("ice", own).bulk == 917.0
+    )
 
 
 def test_gravity_goes_by_the_bulk_of_every_layer():

@@ -17,7 +17,7 @@ def test_a_ball_attracts_as_its_mass_at_the_centre_and_inside_as_what_is_below(p
     x = np.array(place)
     r = float(np.linalg.norm(x))
     known = -4.0 / 3.0 * math.pi * G * x * min(1.0, (448.0 / r) ** 3)
-    assert attraction.of(solid.ellipsoid((896.0, 896.0, 896.0)), x) == pytest.approx(
+    assert attraction.attraction_at(solid.ellipsoid((896.0, 896.0, 896.0)), x) == pytest.approx(
         known, abs=1e-4 * abs(known).max()
     )
 
@@ -28,9 +28,9 @@ def test_a_spheroid_attracts_at_pole_and_equator_as_its_closed_form():
     e = math.sqrt(1.0 - (c / a) ** 2)
     polar = 2.0 / e**2 * (1.0 - math.sqrt(1.0 - e**2) * math.asin(e) / e)
     body = solid.ellipsoid((2.0 * a, 2.0 * a, 2.0 * c))
-    down = -attraction.of(body, np.array([0.0, 0.0, c]))[2]
+    down = -attraction.attraction_at(body, np.array([0.0, 0.0, c]))[2]
     assert down == pytest.approx(2.0 * math.pi * G * polar * c, rel=2e-4)
-    inwards = -attraction.of(body, np.array([a, 0.0, 0.0]))[0]
+    inwards = -attraction.attraction_at(body, np.array([a, 0.0, 0.0]))[0]
     assert inwards == pytest.approx(2.0 * math.pi * G * 0.5 * (2.0 - polar) * a, rel=2e-4)
 
 
@@ -39,8 +39,8 @@ def test_on_corners_edges_and_faces_it_is_that_beside_them():
     body = solid.checked(known.vertices, known.triangles, 1.0, "box")
     corner = body.vertices[body.triangles[0]]
     for place in (corner[0], 0.5 * (corner[0] + corner[1]), corner.mean(axis=0)):
-        beside = attraction.of(body, place * (1.0 + 1e-7))
-        assert attraction.of(body, place) == pytest.approx(beside, abs=1e-4 * np.linalg.norm(beside))
+        beside = attraction.attraction_at(body, place * (1.0 + 1e-7))
+        assert attraction.attraction_at(body, place) == pytest.approx(beside, abs=1e-4 * np.linalg.norm(beside))
 
 
 def test_it_is_that_of_another_program():
@@ -54,6 +54,6 @@ def test_it_is_that_of_another_program():
         integrity_check=polyhedral.PolyhedronIntegrity.DISABLE,
     )
     for place in np.random.default_rng(3).uniform(-200.0, 200.0, (12, 3)):
-        found, other = attraction.of(body, place), np.array(polyhedral.evaluate(theirs, place)[1])
+        found, other = attraction.attraction_at(body, place), np.array(polyhedral.evaluate(theirs, place)[1])
         assert np.abs(found - np.sign(found @ other) * other).max() < 1e-9 * np.linalg.norm(other)
         assert found @ place < 0.0

@@ -44,7 +44,7 @@ def test_large_states_are_written_less_often(clock):
 
 
 def test_by_steps_alone(clock):
-    cadence.set_pace(cadence.Pace.of("3 steps"))
+    cadence.set_pace(cadence.Pace.from_text("3 steps"))
     checkpoints, found = cadence.Cadence(), []
     for step in range(1, 10):
         clock[0] += 1000.0
@@ -67,8 +67,8 @@ def test_always_before_a_stop(clock):
 
 
 def test_a_pace_is_read_or_refused_by_name():
-    assert cadence.Pace.of("2 min") == cadence.Pace(120.0)
-    assert cadence.Pace.of("500 steps").steps == 500
+    assert cadence.Pace.from_text("2 min") == cadence.Pace(120.0)
+    assert cadence.Pace.from_text("500 steps").steps == 500
     for text in ("soon", "0 s", "-3 s", "0 steps", "3 m", "nan s", "1e9 s", "1.5 steps"):
         with pytest.raises(InputError, match=r"--checkpoint-every .* a time of the clock"):
-            cadence.Pace.of(text)
+            cadence.Pace.from_text(text)

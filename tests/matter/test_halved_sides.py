@@ -39,12 +39,12 @@ def test_points_of_a_body_lie_as_close_as_asked_and_without_gaps():
     def spacing(place):
         return np.where(place[:, 2] > 0.0, 4.0, 16.0)
 
-    points = shape.points(spacing)
-    surface = trimesh.Trimesh(points.place, points.triangles, process=False)
+    points = shape.surface_points(spacing)
+    surface = trimesh.Trimesh(points.position, points.triangles, process=False)
     assert surface.is_watertight and surface.is_winding_consistent
-    ends = points.place[surface.edges_unique]
+    ends = points.position[surface.edges_unique]
     length = np.linalg.norm(ends[:, 1] - ends[:, 0], axis=1)
     assert (length <= 1.001 * spacing(ends.mean(axis=1))).all()
     exact = np.pi / 6.0 * np.prod(AXES)
-    assert enclosed(points.place, points.triangles) == pytest.approx(exact, rel=5e-3)
+    assert enclosed(points.position, points.triangles) == pytest.approx(exact, rel=5e-3)
     assert points.area.sum() == pytest.approx(surface.area, rel=1e-12)

@@ -13,7 +13,7 @@ SLABS = [Cylinder(1.0, -0.7, -0.2), Bowl(1.0, -1.0, -0.4), Bowl(1.0, -0.4, 0.0),
 @pytest.mark.parametrize("region", SLABS, ids=lambda r: f"{type(r).__name__}{r.bottom}")
 def test_drawn_points_fill_the_region_evenly(region):
     rng = np.random.default_rng(1)
-    points = region.draw(rng, 40_000)
+    points = region.random_points(rng, 40_000)
     assert len(points) == 40_000 and region.inside(points).all()
     box = rng.uniform(-1.0, 1.0, size=(400_000, 3))
     assert 8.0 * region.inside(box).mean() == pytest.approx(region.volume, rel=0.02)
@@ -24,13 +24,13 @@ def test_drawn_points_fill_the_region_evenly(region):
 @pytest.mark.parametrize("region", SLABS, ids=lambda r: f"{type(r).__name__}{r.bottom}")
 def test_images_lie_outside_and_kept_points_inside(region):
     rng = np.random.default_rng(2)
-    points = region.draw(rng, 3000)
+    points = region.random_points(rng, 3000)
     everyone, owner = region.mirrored(points, np.full(3000, 0.1))
     assert np.array_equal(everyone[:3000], points) and len(everyone) > 4000
     assert not region.inside(everyone[3000:]).any()
     away = np.linalg.norm(everyone - points[owner], axis=1)
     assert away.max() < 3 * 0.4  # at a corner
-    pushed = region.kept(points + rng.normal(size=points.shape) * 0.2, np.full(3000, 0.1))
+    pushed = region.off_walls(points + rng.normal(size=points.shape) * 0.2, np.full(3000, 0.1))
     assert region.inside(pushed).all()
 
 

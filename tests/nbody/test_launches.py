@@ -51,7 +51,7 @@ def kepler(body, speed, angle) -> tuple[np.ndarray, np.ndarray]:
 
 def landed(fates, body) -> np.ndarray:
     """Angle about the centre [rad] from the impact point to where each fell."""
-    return np.arctan2(np.hypot(fates.place[:, 0], fates.place[:, 1]), fates.place[:, 2])
+    return np.arctan2(np.hypot(fates.position[:, 0], fates.position[:, 1]), fates.position[:, 2])
 
 
 @pytest.mark.parametrize("body", [RYUGU, CALLISTO], ids=["Ryugu", "Callisto"])
@@ -67,7 +67,7 @@ def test_a_throw_returns_where_two_body_mechanics_says(body):
     expected = body.radius * np.column_stack(
         [np.sin(turn) * np.cos(azimuth), np.sin(turn) * np.sin(azimuth), np.cos(turn)]
     )
-    np.testing.assert_allclose(fates.place, expected, atol=1e-7 * body.radius)
+    np.testing.assert_allclose(fates.position, expected, atol=1e-7 * body.radius)
     np.testing.assert_allclose(fates.speed, speed, rtol=1e-8)  # as fast as it left
 
 
@@ -92,7 +92,7 @@ def test_what_is_faster_than_escape_leaves_and_a_grazing_throw_falls_at_once():
     throws = launched(RYUGU, [0.999 * escape, 1.001 * escape, 0.1], [1.0, 1.0, 0.0])
     fates = thrown.fly(throws, thrown.alone(throws), 100.0 * DAY)
     assert [fates.names[k] for k in fates.fate] == ["still flies", "leaves", "falls back"]
-    assert fates.time[2] == 0.0 and np.isnan(fates.place[:2]).all()
+    assert fates.time[2] == 0.0 and np.isnan(fates.position[:2]).all()
 
 
 def test_under_the_sun_a_slow_throw_from_ryugu_keeps_its_arc():
@@ -192,7 +192,7 @@ def test_flat_ground_is_laid_round_the_body(tmp_path):
     archive.write(tmp_path / "ejecta.h5", arrays, ground)
     read = thrown.read(tmp_path / "ejecta.h5", CALLISTO)
     arc = 1e4 / CALLISTO.radius
-    np.testing.assert_allclose(read.place[0], CALLISTO.radius * np.array([0.0, math.sin(arc), math.cos(arc)]))
+    np.testing.assert_allclose(read.position[0], CALLISTO.radius * np.array([0.0, math.sin(arc), math.cos(arc)]))
     np.testing.assert_allclose(read.velocity[0], 200.0 * np.array([0.0, math.sin(arc), math.cos(arc)]), atol=1e-9)
     np.testing.assert_allclose(read.velocity[1], [30.0, 40.0, 0.0], atol=1e-9)
     with pytest.raises(InputError, match="--body"):
@@ -215,7 +215,7 @@ def test_the_command_writes_fates_whose_mass_is_the_catalogues(tmp_path, capsys)
     throws = launched(RYUGU, escape * rng.uniform(0.1, 1.5, n), rng.uniform(0.2, 1.5, n), rng.uniform(0.0, 6.0, n))
     mass = rng.uniform(1.0, 2.0, n)
     arrays = {
-        "number": np.arange(n) + 7, "place": throws.place + [0.0, 0.0, 5.0], "time": rng.uniform(0.0, 9.0, n),
+        "number": np.arange(n) + 7, "place": throws.position + [0.0, 0.0, 5.0], "time": rng.uniform(0.0, 9.0, n),
         "velocity": throws.velocity, "mass": mass, "layer": np.where(np.arange(n) % 10, 0, -1),
     }  # fmt: skip
     (tmp_path / "6_crater").mkdir()

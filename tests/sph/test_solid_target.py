@@ -192,7 +192,7 @@ def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch, axes, zone
         {"shape": "ellipsoid", "axes": axes, "layers": [{"name": "soil", "material": "basalt"}]}
     )
     draws = []
-    drawn = region.Interior.draw
+    drawn = region.Interior.random_points
 
     def counted(self, rng, count):
         draws.append(count)
