@@ -47,9 +47,9 @@ from matter.files import archive, snapshot
 from matter.geometry import tree
 from matter.particles import Particles
 from matter.progress import Progress
-from matter.solids import standing
+from matter.solids import pose_tracker
 from matter.solids.placed import PATCH
-from matter.solids.standing import Standing
+from matter.solids.pose_tracker import PoseTracker
 from matter.solids.unrolled import Unrolled
 from matter.wording import drawing
 from matter.wording.crater_measures import MAXIMA
@@ -64,7 +64,10 @@ def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
     idle = {Path(str(launch.__file__))} if not settings.target.flat else set()
     if not settings.target.solid:
-        idle |= {*(Path(__file__).parent / "bodies").glob("*.py"), *(Path(str(m.__file__)) for m in (tree, standing))}
+        idle |= {
+            *(Path(__file__).parent / "bodies").glob("*.py"),
+            *(Path(str(m.__file__)) for m in (tree, pose_tracker)),
+        }
     weightless = {Path(str(module.__file__)) for module in (scaling, ejecta_flight)}
     return idle | (weightless if not settings.target.weighs else set())
 
@@ -199,7 +202,9 @@ def _laid_flat(setting: Setting, before: Path | None) -> Unrolled | None:
         raise InputError(
             f"{setting.inputs / '3_bed'} holds no bed: grains of an ellipsoid or mesh are measured against it"
         )
-    return Unrolled(setting.shape, Standing(snapshot.read(before, ("identity", "position", "mass", "layer", "state"))))
+    return Unrolled(
+        setting.shape, PoseTracker(snapshot.read(before, ("identity", "position", "mass", "layer", "state")))
+    )
 
 
 def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path], None]) -> ShockFindings:

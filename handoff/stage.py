@@ -31,7 +31,7 @@ from matter.errors import InputError, Unsound
 from matter.files import archive, snapshot
 from matter.particles import Particles
 from matter.progress import Progress
-from matter.solids import standing
+from matter.solids import pose_tracker
 from matter.solids.placed import PATCH
 from matter.wording import readable
 
@@ -47,7 +47,7 @@ _BYTES_PER_PARTICLE, _BYTES_PER_GRAIN, _BYTES_FIXED = 4000.0, 3500.0, 3e8
 
 def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
-    return {Path(str(standing.__file__))} if settings.target is None or not settings.target.solid else set()
+    return {Path(str(pose_tracker.__file__))} if settings.target is None or not settings.target.solid else set()
 
 
 def predict(settings: Settings) -> dict[str, float]:

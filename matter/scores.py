@@ -25,8 +25,8 @@ def crps(draws: np.ndarray, observed: float) -> float:
     """The fair CRPS, in the unit of the draws."""
     x = np.sort(np.asarray(draws, dtype=float))
     count = len(x)
-    apart = (2.0 * np.arange(1, count + 1) - count - 1.0) @ x / (count * (count - 1.0))
-    return float(np.mean(np.abs(x - observed)) - apart)
+    spread = (2.0 * np.arange(1, count + 1) - count - 1.0) @ x / (count * (count - 1.0))
+    return float(np.mean(np.abs(x - observed)) - spread)
 
 
 def interval(draws: np.ndarray, observed: float, level: float = 0.95) -> float:

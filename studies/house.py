@@ -57,6 +57,19 @@ PLACES = {
 """Per kind: the law that stands for it, and its own file. A measure has none of its own; where it is formed counts as
 a place."""
 
+SAY_NO_RESULT = frozenset(("of", "draw", "lines", "points", "kept"))
+"""Names that say nothing of what a function returns."""
+BANNED = frozenset(
+    ("place", "places", "share", "shares", "thin", "thinned", "warmth", "youth", "push", "apart", "meeting", "lean")
+    + ("heads", "standing", "anew", "make_anew", "to_make_anew", "held_pull", "loosened")
+)
+"""Words of no field: position, folder or index; fraction; and what each stands for."""
+KEYS_OF_CASES = {
+    "share": ("matter/case/body.py", "sph/bodies/projectile.py"),
+    "loosened": ("handoff/source/cloud_surface.py", "handoff/transfer/ejecta.py", "handoff/transfer/transfer.py"),
+}
+"""Keys of cases among them, and the files that read them."""
+
 
 class House(NamedTuple):
     """The files of a checkout: path from its root, source, tree."""
@@ -120,6 +133,20 @@ def wide_lines(root: Path) -> list[str]:
         for number, line in enumerate(lines, 1)
         if len(said.sub("", line)) > WIDEST_LINE
     ]
+
+
+def banned_names(root: Path) -> list[str]:
+    """``file:line name`` of functions in the rooms called as in ``SAY_NO_RESULT``, and of names in ``BANNED``."""
+    found = []
+    for path in sorted(path for room in (*ROOMS, "bolide") for path in (root / room).rglob("*.py")):
+        name = path.relative_to(root).as_posix()
+        for node in ast.walk(ast.parse(path.read_text())):
+            said = {str(getattr(node, key, "")) for key in ("id", "arg", "attr", "name")} & BANNED
+            said = {word for word in said if name not in KEYS_OF_CASES.get(word, ())}
+            if isinstance(node, ast.FunctionDef):
+                said |= {node.name} & SAY_NO_RESULT
+            found += [f"{name}:{getattr(node, 'lineno', 0)} {word}" for word in sorted(said)]
+    return found
 
 
 def flat_files(root: Path) -> dict[str, list[str]]:

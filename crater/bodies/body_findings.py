@@ -20,7 +20,7 @@ from matter.errors import InputError
 from matter.files import snapshot
 from matter.particles import Particles
 from matter.solids.body_shape import Shape
-from matter.solids.standing import Standing
+from matter.solids.pose_tracker import PoseTracker
 
 
 @dataclass(frozen=True)
@@ -117,11 +117,11 @@ def of_stage(body: Body, stage: str, before: Path, after: Path, crater: Measures
 
 def seen_of(body: Body, first: Particles, last: Particles, before: str = "before", after: str = "after") -> Seen:
     """A body in the snapshots ``first`` and ``last``."""
-    standing = Standing(first)
+    tracker = PoseTracker(first)
     if "layer" in first:  # before the impact the projectile is no part of the body
         first = first.select(first.layer >= 0)
     one, two = (
-        look.at(particles, body.shape, standing, body.gravity, body.rise, name)
+        look.at(particles, body.shape, tracker, body.gravity, body.rise, name)
         for particles, name in ((first, before), (last, after))
     )
     chart = height_map.surface_change(body.shape, one, two)

@@ -18,7 +18,7 @@ from matter.constants import G
 from matter.geometry import tree
 from matter.particles import Particles
 from matter.solids.body_shape import Shape
-from matter.solids.standing import Pose, Standing, motion
+from matter.solids.pose_tracker import Pose, PoseTracker, motion
 
 THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 """Opening angle of the tree, and its softening as in the stages: half a spacing, and next to nothing of a grain."""
@@ -51,10 +51,10 @@ class Rigid(NamedTuple):
     rotation: np.ndarray
 
 
-def at(particles: Particles, shape: Shape, standing: Standing, gravity: float, rise: float, what: str) -> Look:
+def at(particles: Particles, shape: Shape, tracker: PoseTracker, gravity: float, rise: float, what: str) -> Look:
     """The body in ``particles``: what would rise above ``rise`` [m] at ``gravity`` [m/s^2] flies. Raises
     ``InputError`` where no body is left."""
-    pose = standing.pose(particles)
+    pose = tracker.pose(particles)
     position = pose.back(particles.position)
     solid = particles.state == 0 if "state" in particles else np.ones(len(particles), dtype=bool)
     cloud = clouds.particle_cloud(particles, what)

@@ -16,7 +16,7 @@ import numpy as np
 from crater.bodies import classes, exchange, hollow
 from crater.bodies.seen import Pair, Seen
 from crater.measures.uncertainty import Quantity, quantity
-from matter.solids import standing
+from matter.solids import pose_tracker
 from matter.solids.body_shape import enclosed
 from matter.wording.body_measures import BY_NAME, TABLE
 
@@ -141,7 +141,7 @@ def _of_what_left(seen: Seen) -> float:
     p, gone = seen.after.particles, ~seen.after.bound
     spin = p.mass[gone, None] * np.cross(p.position[gone], p.velocity[gone])
     held = seen.after.particles.select(seen.after.body)
-    moments = standing.inertia(held.position - held.mass @ held.position / held.mass.sum(), held.mass)
+    moments = pose_tracker.inertia(held.position - held.mass @ held.position / held.mass.sum(), held.mass)
     return float(np.linalg.norm(np.linalg.solve(moments, np.sqrt(np.sum(spin**2, axis=0)))))
 
 

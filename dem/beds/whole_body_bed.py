@@ -65,7 +65,7 @@ class WholeBody:
         return WholeBody(float(values["radius_m"]), (x, y, z))
 
 
-class Standing:
+class PoseTracker:
     """Where a body of grains stands: its centre, and its rotation since the ``start``."""
 
     def __init__(self, start: Particles):

@@ -16,7 +16,7 @@ from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.solid_body import SolidBody
-from dem.beds.whole_body_bed import Standing, WholeBody
+from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.collapse import flight, flight_collisions, ground_fraction, whole_body_collapse
 from dem.collapse.balance import Balance, handed_energy
 from dem.collapse.origins import Origins
@@ -101,7 +101,7 @@ class Collapse:
         if {"plane": FlatGround, "solid": SolidBody}.get(frame, LayeredBody) is not type(body):
             raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
         self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
-        self.tracker = Standing(start) if frame == "solid" else None
+        self.tracker = PoseTracker(start) if frame == "solid" else None
         self.domain = whole_body_collapse.with_hill_sphere(self.domain, body)
         start["stiffness"] = capped_stiffness(start)
         dt = settings.contact.time_step(start, body.gravity()) * settings.step_factor

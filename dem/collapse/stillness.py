@@ -8,7 +8,7 @@ import numpy as np
 
 from dem.beds.bed_domain import Domain
 from dem.beds.container import Container
-from dem.beds.whole_body_bed import Standing, WholeBody
+from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import ACTIVE, Assembly
 from matter.files import checkpoint
@@ -18,7 +18,7 @@ COLUMN = 2.0
 
 
 def surface_profile(
-    bed: Assembly, domain: Domain | Container | WholeBody, tracker: Standing | None = None
+    bed: Assembly, domain: Domain | Container | WholeBody, tracker: PoseTracker | None = None
 ) -> np.ndarray:
     """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty. Of a
     whole body, which turns, in the frame in which it rests (``tracker``).

@@ -1,7 +1,7 @@
 """What a run of grains that are a whole body takes besides: their own pull, the companion's tide, how the body turns.
 
 The run is in the inertial frame that falls with the body's centre of mass (``dem.grains.turning_frame``); profiles are
-looked at where the body rests (``dem.beds.whole_body_bed.Standing``).
+looked at where the body rests (``dem.beds.whole_body_bed.PoseTracker``).
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import Any, TypeVar
 
 from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
-from dem.beds.whole_body_bed import Standing, WholeBody
+from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.collapse import leaving
 from dem.grains import cached_gravity
 from dem.grains.assembly import Assembly
@@ -52,13 +52,13 @@ def with_hill_sphere(domain: Region, body: object) -> Region:
     return domain
 
 
-def leaving_of(bed: Assembly, tracker: Standing | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+def leaving_of(bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
     """What leaves a whole body, as it stands (``dem.collapse.leaving``); nothing of other ground."""
     return {} if tracker is None else leaving.report(bed, shot)
 
 
 def report(
-    bed: Assembly, tracker: Standing | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
+    bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
 ) -> dict[str, Any]:
     """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
     leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.collapse.leaving``)."""

@@ -61,9 +61,9 @@ def edge(law: ModuleType, axes: Any) -> str:
     images = np.zeros((0, 3))
     still = np.zeros(len(ground), bool)
     if law is wall:
-        images = Images((*wall.planes(0, 0.0, 12.0), *wall.planes(2, 0.0))).place(place3, reach)
+        images = Images((*wall.planes(0, 0.0, 12.0), *wall.planes(2, 0.0))).image_positions(place3, reach)
     elif law is periodic:
-        images = Images(periodic.planes(0, 0.0, 12.0)).place(place3, reach)
+        images = Images(periodic.planes(0, 0.0, 12.0)).image_positions(place3, reach)
     elif law is fixed:
         far = np.minimum.reduce([ground[:, 0], 12.0 - ground[:, 0], ground[:, 1]])
         still = fixed.rim(far, reach)
@@ -94,7 +94,7 @@ def images(law: ModuleType, axes: Any) -> str:
     ground = _lattice(6, 6)
     place = np.column_stack([ground[:, 0], np.zeros(len(ground)), ground[:, 1]])
     seen = Images((*wall.planes(0, 0.0), *wall.planes(2, 0.0)))
-    beyond = seen.place(place, np.full(len(place), 4.0))
+    beyond = seen.image_positions(place, np.full(len(place), 4.0))
     axes[0].plot(*ground.T, "C0o", ms=4)
     corner = (seen.sign[:, 0] < 0) & (seen.sign[:, 2] < 0)
     axes[0].plot(*beyond[~corner][:, [0, 2]].T, "o", mfc="none", mec="C1", ms=4, label="of one plane")
@@ -106,7 +106,7 @@ def images(law: ModuleType, axes: Any) -> str:
     column = np.column_stack([np.zeros((8, 2)), np.arange(8) + 0.5])
     piston = Images((wall.Wall(2, 0.0, 0.3),))
     for time in (0.0, 1.0):
-        beyond = piston.place(column, np.full(8, 4.0)) if time == 0.0 else beyond + piston.drift * time
+        beyond = piston.image_positions(column, np.full(8, 4.0)) if time == 0.0 else beyond + piston.drift * time
         axes[1].plot(np.full(len(column), time), column[:, 2], "C0o", ms=4)
         axes[1].plot(np.full(len(beyond), time), beyond[:, 2], "o", mfc="none", mec="C1", ms=4)
         axes[1].plot([time - 0.2, time + 0.2], [0.3 * time] * 2, "k", lw=2)

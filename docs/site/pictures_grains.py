@@ -117,7 +117,7 @@ def mindlin(law: ModuleType, axes: Any) -> str:
         s, before, force, work = 0.0, 0.0, [], [0.0]
         for k in range(1, len(phase)):
             stiff = normal_hertz.stiffness(overlap[k], BODIES, row)
-            s = s * law.kept(stiff, before, rule) + slip[k] - slip[k - 1]
+            s = s * law.retained_fraction(stiff, before, rule) + slip[k] - slip[k - 1]
             before = stiff
             force.append(ratio * stiff * s)
             work.append(work[-1] + force[-1] * (slip[k] - slip[k - 1]))

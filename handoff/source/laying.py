@@ -1,7 +1,7 @@
 """The shock stage's matter on an ellipsoid or mesh laid flat round the site, for a bed that is a patch of its ground
 (``dem.beds.patch``, whose gravity, density and depth the bed carries as its attribute ``patch``).
 
-Where the body stands at the time of a snapshot is found by its matter (``matter.solids.standing``), so that its
+Where the body stands at the time of a snapshot is found by its matter (``matter.solids.pose_tracker``), so that its
 rotation and its motion are taken off; then its ground is laid flat (``matter.solids.unrolled``). From there on all is
 as on flat ground. The snapshot that was handed over, as it was laid, is left in ``laid_flat.vtkhdf``.
 """
@@ -21,7 +21,7 @@ from matter.files import snapshot
 from matter.particles import Particles
 from matter.solids.body_shape import Shape
 from matter.solids.placed import PATCH
-from matter.solids.standing import Standing
+from matter.solids.pose_tracker import PoseTracker
 from matter.solids.unrolled import Unrolled
 
 FILE = f"laid_flat{snapshot.SUFFIX}"
@@ -39,7 +39,7 @@ class Patch:
         except KeyError as missing:
             raise InputError(f"the bed's attribute {PATCH!r} lacks {missing}") from None
         self.column = hydrostatic.uniform(self.gravity, density, depth)
-        self.ground = Unrolled(Shape(target.placed, target.axes), Standing(before))
+        self.ground = Unrolled(Shape(target.placed, target.axes), PoseTracker(before))
 
     def laid(self, particles: Particles) -> Particles:
         """A snapshot as flat ground: the frame is ``plane``, what the body's own gravity was is left out."""

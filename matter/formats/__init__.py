@@ -1,5 +1,5 @@
 """Other codes' files as particles and back: one module per format, with ``read(path, columns) -> Reading`` or
-``write(particles, path)``. What is read is checked in one place (``reading``), whatever the format.
+``write(particles, path)``. What is read is checked by one module (``reading``), whatever the format.
 
 Read: this project's own snapshots, delimited text (CSV, ASCII columns), HDF5 with named datasets, miluphcuda (HDF5 and
 text), OpenSPH state files (``.ssf``), LIGGGHTS and LAMMPS text dumps. Written: LIGGGHTS and LAMMPS data files, legacy

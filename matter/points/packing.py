@@ -77,10 +77,10 @@ def _repel(position, spacing, index, entry, count, moves, move):
             if q < 1.0:
                 # a force that grows as s^2 is the same pressure everywhere: else the fine region would swell into the
                 # coarse one
-                push = (1.0 - q) ** 2 / r * (0.5 * (spacing[i] + spacing[j]) / spacing[i]) ** 2
-                mx += push * dx
-                my += push * dy
-                mz += push * dz
+                repulsion = (1.0 - q) ** 2 / r * (0.5 * (spacing[i] + spacing[j]) / spacing[i]) ** 2
+                mx += repulsion * dx
+                my += repulsion * dy
+                mz += repulsion * dz
         move[i, 0], move[i, 1], move[i, 2] = mx * spacing[i], my * spacing[i], mz * spacing[i]
 
 
@@ -177,18 +177,18 @@ def _by_distance(
     for inner, outer in zip((0.0, *edges[:-1]), edges):
         shell = Shell(float(inner), float(outer))
 
-        def draw(shell: Shell = shell) -> np.ndarray:
+        def probes(shell: Shell = shell) -> np.ndarray:
             points = shell.random_points(rng, PROBES) + about
             return points[region.inside(points)]
 
-        probe = draw()
+        probe = probes()
         if len(probe) == 0:
             continue
         density = spacing(probe) ** -3.0
         due += shell.volume * float(density.sum()) / PROBES
         points, wanted = np.empty((0, 3)), round(due)
         while len(points) < wanted:
-            trial = draw()
+            trial = probes()
             keep = rng.random(len(trial)) < spacing(trial) ** -3.0 / (1.05 * float(density.max()))
             points = np.concatenate([points, trial[keep]])
         chosen.append(points[:wanted])

@@ -24,7 +24,7 @@ import numpy as np
 from matter.errors import InputError
 from matter.particles import Particles
 from matter.solids.body_shape import Shape
-from matter.solids.standing import Standing
+from matter.solids.pose_tracker import PoseTracker
 
 REACH = 1.3
 """Farthest chord from the site, in radii of the ball of the body's volume: some 80 deg on a ball."""
@@ -34,10 +34,10 @@ _GRID = 40
 
 
 class Unrolled:
-    """The ground of a ``shape`` round its site, of a body whose particles stood as in ``standing``."""
+    """The ground of a ``shape`` round its site, of a body whose particles stood as in ``tracker``."""
 
-    def __init__(self, shape: Shape, standing: Standing):
-        self.shape, self.standing = shape, standing
+    def __init__(self, shape: Shape, tracker: PoseTracker):
+        self.shape, self.tracker = shape, tracker
         placed = shape.placed
         self.site, self.normal = np.array([0.0, 0.0, placed.height]), placed.normal
         first = np.array([1.0, 0.0, 0.0]) - placed.normal[0] * placed.normal
@@ -83,7 +83,7 @@ class Unrolled:
         ``initial_position`` becomes that from the site, z along its normal. Raises ``InputError`` where nothing is
         left.
         """
-        pose = self.standing.pose(particles)
+        pose = self.tracker.pose(particles)
         position = pose.back(particles.position)
         flat, chord = self.flat(position)
         here = (chord < REACH * self.shape.solid.radius) & (flat[:, 2] > -DEEP * self.shape.datum.deepest)

@@ -23,7 +23,7 @@ from matter.constants import G
 from matter.particles import Particles
 from matter.points import packing
 from matter.solids.body_shape import Shape, enclosed
-from matter.solids.standing import Standing
+from matter.solids.pose_tracker import PoseTracker
 from matter.solids.unrolled import Unrolled
 from matter.wording.body_measures import PAIRS, SINGLES, TABLE
 
@@ -133,7 +133,7 @@ def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
     profile = synthetic.bowl(wide, 0.2, 0.04)
     away = np.linalg.norm(foot.position - [0.0, 0.0, placed.height], axis=1)
     before, after = every.select(foot.height < 0.0), every.select(foot.height < profile(away))
-    ground = Unrolled(shape, Standing(before))
+    ground = Unrolled(shape, PoseTracker(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     # a body that was hit has turned and flies on
@@ -154,7 +154,7 @@ def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
     shape, before, _ = even
     cut = bodies.Cut(shape.placed, 14.0, 6.0)
     after = before.select(~cut.inside(before.position))
-    ground = Unrolled(shape, Standing(before))
+    ground = Unrolled(shape, PoseTracker(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater = chosen.measured(after, flat, "the body")
@@ -291,7 +291,7 @@ def test_a_small_change_along_the_track_changes_the_period_by_three_times_its_sh
 def test_flat_coordinates_keep_areas_on_a_ball():
     axes = (100.0, 100.0, 100.0)
     shape = Shape(bodies.placed(axes, 20.0, 30.0), axes)
-    ground = Unrolled(shape, Standing(lattice(10.0, 45.0)))
+    ground = Unrolled(shape, PoseTracker(lattice(10.0, 45.0)))
     angle = np.radians([5.0, 20.0, 45.0, 70.0])
     place = 45.0 * np.stack([np.sin(angle), np.zeros(4), np.cos(angle)], axis=1)
     flat, _ = ground.flat(place)

@@ -23,7 +23,7 @@ from matter.errors import InputError
 from matter.particles import Particles
 from matter.points import packing
 from matter.solids.body_shape import Shape, spread
-from matter.solids.standing import Standing
+from matter.solids.pose_tracker import PoseTracker
 from matter.solids.unrolled import Unrolled
 
 AXES = (200.0, 150.0, 110.0)
@@ -50,7 +50,7 @@ def body():
 
 def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40.0) -> tuple[str, str]:
     """Class and reason as the stage finds them, of a case that expects a transient crater of this ``size`` [m]."""
-    ground = Unrolled(shape, Standing(before))
+    ground = Unrolled(shape, PoseTracker(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 2.5 * size, 0.5 * size, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater: Measures | None = None

@@ -155,7 +155,7 @@ def test_escapes_from_callisto_hit_jupiter_or_go_on_round_it():
     assert falls.time[0] == pytest.approx(0.5 * period, rel=0.05)
     assert falls.speed[0] == pytest.approx(math.sqrt(2.0 * jupiter.gm / jupiter.radius), rel=0.03)
     leaves = thrown.fly(throws, thrown.around(throws, CALLISTO, leading, 400.0 * DAY, 2), 400.0 * DAY)
-    assert leaves.names[leaves.fate[1]] == "leaves" and np.isnan(leaves.place[1]).all()
+    assert leaves.names[leaves.fate[1]] == "leaves" and np.isnan(leaves.position[1]).all()
     assert leaves.names[leaves.fate[2]] != "leaves"
 
 

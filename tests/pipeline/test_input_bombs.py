@@ -145,7 +145,7 @@ def test_parts_of_any_size_are_counted_without_being_laid_out(tmp_path):
     materials, ball = sph.chosen_materials(), sph.impact.projectile
     for spacing in (sph.projectile_spacing, 0.31, 0.07):
         found, told = projectile.pellets(ball, spacing, materials), projectile.sizes(ball, spacing, materials)
-        assert sum(n for n, _ in told) == len(found.share)
+        assert sum(n for n, _ in told) == len(found.fraction)
         assert min(width for _, width in told) == pytest.approx(found.width.min(), rel=1e-12)
     began = time.process_time()
     assert projectile.count(ball, 1e-6, materials) > 1e15

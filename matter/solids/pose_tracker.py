@@ -44,7 +44,7 @@ class Pose(NamedTuple):
 UNMOVED = Pose(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
 
 
-class Standing:
+class PoseTracker:
     """The positions of all particles of a body ``before`` the impact, by identity."""
 
     def __init__(self, before: Particles):
