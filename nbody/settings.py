@@ -28,7 +28,7 @@ class Settings(Model):
     """``fast`` (every particle, shared ephemeris), ``tube`` (weighted estimator), ``rkck`` (as published, 100 times
     slower)."""
     encounters: int = Field(default=300, ge=1, le=10_000_000)
-    """How many entries into the moon's Hill sphere."""
+    """Number of simulated encounters (entries into the moon's Hill sphere)."""
     rule: str = "mean of retrograde impacts"
     """Which impact is taken from the census (``nbody.population.rules``)."""
     latitude: Angle | None = None

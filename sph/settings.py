@@ -120,11 +120,11 @@ class Settings(_Keys):
     """Damping rate of the settling [1/s]; by default ten over ``relaxation_time``."""
     sides: boundaries.Side | None = Field(
         default=None,
-        description=f"What ends flat ground sideways: {boundaries.WORDS}. By default ``quiet`` for a half-space and "
-        "under gravity, ``free`` otherwise.",
+        description=f"Lateral boundary condition of flat ground: {boundaries.WORDS}. By default ``quiet`` for a "
+        "half-space and under gravity, ``free`` otherwise.",
     )
     floor: boundaries.Floor | None = None
-    """What ends flat ground below, as ``sides``; a half-sphere has sides only."""
+    """Lower boundary condition of flat ground, as ``sides``; a half-sphere has sides only."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a softened late stage for long times at small scale (``sph.stepping.late``); none by default."""
     symmetry: symmetries.Symmetry = "none"

@@ -195,7 +195,7 @@ def _frame(particles: Particles, film: _Film, time: float) -> np.ndarray:
         handletextpad=0.3,
     )
     axis.set_xlabel(f"x, downrange [{seen.unit}]")
-    axis.set_ylabel(f"height over the summit of the datum [{seen.unit}]")
+    axis.set_ylabel(f"height above datum [{seen.unit}]")
     factor, unit = film.clock
     fig.text(0.085, 0.945, f"{'grains' if grains else 'SPH'}, {time * factor:.1f} {unit}", fontsize=13, weight="bold")
     fig.canvas.draw()

@@ -18,10 +18,7 @@ from matter.case.body import Model
 from matter.wording.crater_measures import COMPARED
 
 PART = "chain"
-UNKNOWN = (
-    "chain error not known: the errors hold what this one run shows, not other draws of particles and grains, another "
-    "size or another time of the handoff"
-)
+UNKNOWN = "chain error not known: the errors cover this run only, not random seed, resolution or handoff time"
 KNOWN = (
     "errors include the chain error (sigma_parts.chain in measures.json: other draws of particles and grains, another "
     "size, another time of the handoff)"

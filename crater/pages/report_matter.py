@@ -271,7 +271,7 @@ def settled(facts: Mapping[str, Any], out: Path) -> str:
         for name, zone in zones.items()
     ]
     head = [
-        "", "mass", "a tenth came from above", "half from above", "nine tenths from above", "half from within",
+        "", "mass", "depth of origin: 10th percentile", "50th", "90th", "distance: 50th percentile",
         "largest pressure (half)", *(settled_matter.FRACTIONS[field] for field in fractions), "projectile",
     ]  # fmt: skip
     return (

@@ -96,7 +96,7 @@ def _of_shock(known: Mapping[str, Any]) -> list[str]:
             f"{readable.amount(known['peak_pressure_Pa'] * 1e-9, 'GPa', 3)}, is {over:.2g} times {limit}"
         )
         why = (
-            "more than any shock of this impact: single particles that struck others"
+            "higher than any shock in this impact: an artefact of individual particle collisions"
             if over > ABOVE
             else "the spacing smears the first shock out"
         )

@@ -135,7 +135,7 @@ def settled_lines(found: Mapping[str, Any]) -> list[str]:
         name: found["zones"][name] for name, half in depths.items() if half is not None and np.isfinite(half)
     }:
         said.append(
-            "first depth of settled matter (half of its mass, nine tenths from above): "
+            "depth of origin of the deposits (median, 90th percentile): "
             + ", ".join(
                 f"{name} {readable.length(zone['first_depth_m']['half'])}, "
                 f"{readable.length(zone['first_depth_m']['high'])}"

@@ -65,7 +65,7 @@ def _worst(book: Ledger) -> str:
         return "No row of the ledger has been measured."
     said = f"{ledger_words.words(row['name'])}: {_amount(row)} (limit {readable.amount(row['limit'], row['unit'], 3)})"
     if not book.failures:
-        return f"Nearest to its limit is {said}."
+        return f"Tightest criterion: {said}."
     others = [ledger_words.words(name) for name in book.failures if name != row["name"]]
     return f"Beyond the limit: {said}" + (f"; and {'; '.join(others)}." if others else ".")
 

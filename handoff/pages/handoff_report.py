@@ -144,7 +144,7 @@ def _first_lines(sentences: list[str], record: dict) -> str:
     cavity, grains = record["cavity"], record["grains"]
     return (
         f"<p><b>{page.escape(first)}</b> <br>{'<br>'.join(page.escape(other) for other in others)}</p>"
-        f"<p>Handed over {readable.clock(record['time_s'])} after the impact: "
+        f"<p>Handoff at {readable.clock(record['time_s'])} after the impact: "
         f"{page.escape(record['choice']['reason'])}.</p>"
         f"<p>Cavity at that time: radius {readable.amount(cavity['radius_m'], 'm', 3)}, depth "
         f"{readable.amount(cavity['depth_m'], 'm', 3)}, volume "

@@ -62,14 +62,14 @@ def run_case(
         ),
     ] = False,
     anyway: Annotated[
-        bool, typer.Option("--anyway", help="Begin although memory or disk will not do by the prediction.")
+        bool, typer.Option("--anyway", help="Start even if the prediction exceeds available memory or disk.")
     ] = False,
     checkpoint_every: Annotated[
         str | None,
         typer.Option(
             "--checkpoint-every",
             metavar="TEXT",
-            help="Time of the clock between checkpoints, '2 min' (default: 15 s, longer where they are large), or a "
+            help="Wall-clock time between checkpoints, '2 min' (default: 15 s, longer where they are large), or a "
             "count, '500 steps'.",
         ),
     ] = None,
@@ -145,8 +145,8 @@ def run_case(
         bool,
         typer.Option(
             "--prune",
-            help="Remove stages that no run shows from the store of --out (CASE: the name of one; --check: only say "
-            "which).",
+            help="Delete cached stages that no run uses from the store of --out (CASE: the name of one; --check: only "
+            "say which).",
         ),
     ] = False,
     budget: Annotated[

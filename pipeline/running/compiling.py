@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-WORDS = "compiling kernels; what is compiled is kept, later runs begin at once"
+WORDS = "compiling kernels (first run only, 1-2 min; cached afterwards)"
 
 
 @contextmanager

@@ -20,7 +20,7 @@ HERE, STORED, MADE, CONTINUED, UNKNOWN = (
     "in the store",
     "to be made",
     "to be continued",
-    "made or found when what it reads is there",
+    "reused if cached, otherwise computed (known once its inputs exist)",
 )
 
 

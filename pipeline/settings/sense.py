@@ -337,11 +337,11 @@ def in_words(settings: Mapping[str, Model]) -> str:
             else f"{text}; nothing ends its growth"
         )
     if strength <= 0.0:
-        return f"{text}; it has no cohesion: weight ends its growth (rho g D = {_pressure(weight)})"
+        return f"{text}; it has no cohesion: gravity regime (rho g D = {_pressure(weight)})"
     verdict = (
         "strength holds it: the chain ends with the shock stage and the measuring"
         if expected.held
-        else "weight ends its growth and lets its walls slump"
+        else "gravity regime: a collapse stage follows"
     )
     return (
         f"{text}; strength of a piece that large {_pressure(strength)}, {strength / weight:.2g} of rho g D = "

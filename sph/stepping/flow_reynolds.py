@@ -98,7 +98,7 @@ def warnings(series: list[dict[str, Any]]) -> list[str]:
     ]
     if known[-1]["reynolds"] < REYNOLDS_LEAST:
         told.append(
-            f"so it is at the end: {known[-1]['reynolds']:.2g} at {known[-1]['time_s']:.4g} s; [sph.late] alpha, or a "
-            f"lower sound speed, lowers the viscosity"
+            f"viscosity still dominates at the end (Re = {known[-1]['reynolds']:.2g} at {known[-1]['time_s']:.4g} s); "
+            f"lower [sph.late] alpha or sound_speed"
         )
     return told

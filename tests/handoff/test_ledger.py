@@ -243,7 +243,7 @@ def test_the_first_words_on_a_handoff(tmp_path):
     book.measure("velocity_field_L2", 0.04)
     book.complete()
     worst, unknown, counts = headline(book)
-    assert worst == "Nearest to its limit is velocity field: rms difference / rms velocity: 0.04 (limit 0.05)."
+    assert worst == "Tightest criterion: velocity field: rms difference / rms velocity: 0.04 (limit 0.05)."
     assert "has not been measured: run inspect_handoff RUN --sensitivity" in unknown
     assert counts.startswith(f"{len(LIMITS)} criteria: 1 hold, ") and "not measured" in counts
     book.amend("final_D_change_on_t_handoff_x2", 0.17, "diameter_apparent_m: time_x0.5 +17.0 %, time_x2 -3.0 %")
