@@ -10,7 +10,7 @@ rho H r / x_max, and falls by at most a half at once. The time step follows as 1
 What a change does to each spring is ``dem.stiffness.change``: energy enters only where a load lasts. What enters
 beyond what the weight of the undisturbed bed would take (forces that are not yet told from weight) is summed up by its
 amount. Springs soften only while that sum stays below ``BUDGET`` of the kinetic energy that the compact grains were
-handed, of which every halving has its even fraction, and while the weight lies in them; else they wait until waves
+handed, of which every halving has an equal part, and while the weight lies in them; else they wait until waves
 have died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
 
 Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the change of

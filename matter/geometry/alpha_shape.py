@@ -276,7 +276,7 @@ class OffsetShape:
             return inside
         origin, inverse, tree, reach = self._prisms
         furthest = np.nextafter(float(reach.max()), np.inf)
-        reach = np.append(reach, -1.0)  # of the position that stands for no neighbour
+        reach = np.append(reach, -1.0)  # of the entry that stands for no neighbour
         open_ = np.flatnonzero(~inside)
         for begin in range(0, len(open_), 50_000):
             rows = open_[begin : begin + 50_000]

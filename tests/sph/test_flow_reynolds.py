@@ -77,7 +77,7 @@ def test_warnings():
     assert flow_reynolds.warnings([row(1.0, 11.0), row(2.0, None)]) == [] and flow_reynolds.warnings([]) == []
     early = flow_reynolds.warnings([row(0.01, 0.003), row(2.0, 40.0)])
     assert len(early) == 1 and "0.003 at 0.01 s" in early[0] and "1 of 2" in early[0]
-    assert "at the end: 2.5" in flow_reynolds.warnings([row(0.01, 0.003), row(2.0, 2.5)])[1]
+    assert "at the end (Re = 2.5 at 2 s)" in flow_reynolds.warnings([row(0.01, 0.003), row(2.0, 2.5)])[1]
 
 
 @pytest.mark.validation
