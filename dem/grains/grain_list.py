@@ -235,8 +235,8 @@ class GrainList:
         """Time, position and values of a grain, for a message."""
         x, v = self.X[i, :3], self.W[i, :3]
         return (
-            f"t = {self.time:.6g} s, at ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, velocity ({v[0]:.4g}, {v[1]:.4g}, "
-            f"{v[2]:.4g}) m/s, "
+            f"t = {self.time:.6g} s, position ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, "
+            f"velocity ({v[0]:.4g}, {v[1]:.4g}, {v[2]:.4g}) m/s, "
             f"radius {self.X[i, RADIUS]:.4g} m, mass {self.V[i, MASS]:.4g} kg, k_n {self.V[i, STIFFNESS]:.4g} N/m"
         )
 

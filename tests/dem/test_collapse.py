@@ -355,7 +355,7 @@ def test_a_bed_that_explodes_stops_with_a_name(tmp_path, carved):
     ]
     start["velocity"] = velocity
     snapshot.write(start, run / "4_handoff" / "start.vtkhdf")
-    with pytest.raises(UnphysicalState, match=r"overlaps? .*limit 0.5.*place"):
+    with pytest.raises(UnphysicalState, match=r"overlaps? .*limit 0.5.*position"):
         stage.run(SETTINGS, run, run / "5_dem")
     assert (run / "5_dem" / "snap_0000.vtkhdf").is_file()
 

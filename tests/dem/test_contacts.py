@@ -216,7 +216,7 @@ def test_too_deep_an_overlap_stops_with_grain_place_and_values():
         stiffness=np.full(2, 1e3),
     )
     pair = assembly(scene)
-    with pytest.raises(UnphysicalState, match=r"grains (11|42) and (11|42) overlap by .*place.*k_n"):
+    with pytest.raises(UnphysicalState, match=r"grains (11|42) and (11|42) overlap by .*position.*k_n"):
         for _ in range(100):
             pair.step()
 
