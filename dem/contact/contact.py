@@ -128,8 +128,8 @@ def edge_of_contact(overlap, un, flag, dt):
 
 @law(forceinline=True)
 def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
-    """One contact over one step of ``dt`` [s]: a ``Response`` from ``Meeting``, ``Bodies``, ``Numbers`` and the
-    ``Springs`` before it.
+    """One contact over one step of ``dt`` [s]: a ``Response`` from ``ContactKinematics``, ``Bodies``, ``Numbers`` and
+    the ``Springs`` before it.
 
     ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.contact_scheme.Scheme``:
     which laws. With ``rescale`` and friction the springs are now laid down for the present tangent stiffness.

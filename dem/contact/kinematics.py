@@ -12,8 +12,8 @@ from matter.compilation.jit import law
 class ContactKinematics(NamedTuple):
     """How two bodies meet: unit vector ``n`` from the first to the second, ``overlap`` [m], separation speed ``un``
     and slip velocity ``u`` in the contact plane [m/s], rolling rate ``r``, relative spin ``twist`` and mean ``spin``
-    about n [rad/s]; ``curvature_difference`` (r2 - r1) / (2 r1 r2) [1/m], so that ``r`` - lean n x u is the part of it
-    that a moment does work on."""
+    about n [rad/s]; ``curvature_difference`` (r2 - r1) / (2 r1 r2) [1/m], so that ``r`` - curvature_difference n x u
+    is the part of it that a moment does work on."""
 
     nx: float
     ny: float
@@ -44,7 +44,7 @@ class Ball(NamedTuple):
     inline="always"
 )  # in the caller's own code, with its fastmath: compiled by itself, its sums would be arranged otherwise
 def grain_kinematics(way, velocity, one, two, offset):
-    """How two grains meet: their ``Meeting``, and the lever arms l1, l2 [m].
+    """How two grains meet: their ``ContactKinematics``, and the lever arms l1, l2 [m].
 
     ``way`` (3) from the first centre to the second [m], ``velocity`` (3) of the second relative to the first [m/s],
     ``one`` and ``two`` ``Ball``; ``offset`` [m] is added to the overlap (``dem.stiffness.change``). Rolling rate:
