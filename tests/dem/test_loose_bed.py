@@ -69,6 +69,7 @@ def test_its_surface_is_level_at_the_datum(loose):
     assert box.top - 3.0 * r < np.percentile(head, 99.0) + r < box.top + 3.0 * r
 
 
+@pytest.mark.validation
 def test_a_loose_bed_that_was_stopped_resumes_bit_for_bit(tmp_path, monkeypatch):
     beds = []
     for name in ("whole", "resumed"):

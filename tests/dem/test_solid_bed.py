@@ -307,6 +307,7 @@ def test_a_collapse_refuses_what_goes_by_a_fixed_field(tmp_path, made, change):
         stage.run(settings, tmp_path, tmp_path / "5_dem")
 
 
+@pytest.mark.validation
 def test_a_stopped_bed_resumes_bit_for_bit(tmp_path, monkeypatch):
     settings = settings_of(DIMORPHOS).model_copy(update={"count": 200})
     files = []

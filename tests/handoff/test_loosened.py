@@ -209,7 +209,8 @@ def settled_ground(tmp_path_factory):
     return settled(tmp_path_factory.mktemp("bed"), radius_spread=0.0, arc_radius=9.0, count=700)[0]
 
 
-@pytest.mark.parametrize("rule", [pytest.param("full_size", marks=pytest.mark.validation), "shrunk"])
+@pytest.mark.validation
+@pytest.mark.parametrize("rule", ["full_size", "shrunk"])
 def test_loosened_ground_packs_again(tmp_path, settled_ground, rule):
     """Ground at rest whose upper 4 m are at 0.7 of their density: shrunk, it sinks to the height of the packed matter;
     at full size it stays."""

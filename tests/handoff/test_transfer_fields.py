@@ -126,7 +126,10 @@ def test_nearest_mapping_is_worse_than_the_linear_one(flat_bed, made_of):
     assert errors["nearest"] > 3.0 * errors["linear"]
 
 
-@pytest.fixture(scope="module", params=["vortices", pytest.param("z_model", marks=pytest.mark.validation)])
+HARD = [pytest.param(name, marks=pytest.mark.validation) for name in ("vortices", "z_model")]
+
+
+@pytest.fixture(scope="module", params=HARD)
 def ways(request, flat_bed, made_of):
     rules = {
         "nearest": {"mapping": "nearest"},

@@ -365,6 +365,7 @@ def test_a_body_is_the_same_at_any_size(size):
     np.testing.assert_allclose(body.inertia / size**5, made(box).inertia, rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.validation
 def test_two_hundred_thousand_facets_in_less_than_a_minute():
     known = solids.ball(1.0, 4)
     distance.measured(made(known), 16)  # compiled
