@@ -128,10 +128,10 @@ def test_what_binds_a_contact_is_the_work_of_its_pull(cohesion, second):
 
 
 def _elastic_pairs():
-    """Every law with the first of the other family; the rest with the slow tests."""
+    """Every normal law without cohesion; the rest with the slow tests (``test_cohesion`` has clusters that stick)."""
     for cohesion in dispatch.COHESION.names:
         for normal in dispatch.NORMAL.names:
-            first = cohesion == dispatch.COHESION.names[0] or normal == dispatch.NORMAL.names[0]
+            first = cohesion == dispatch.COHESION.names[0]
             yield pytest.param(cohesion, normal, marks=() if first else pytest.mark.validation)
 
 

@@ -106,7 +106,8 @@ def test_spray_has_plain_gradients():
     assert np.isfinite(r.acceleration).all()
 
 
-@pytest.mark.parametrize("walled", [pytest.param(False, marks=pytest.mark.validation), True])
+@pytest.mark.validation
+@pytest.mark.parametrize("walled", [False, True])
 def test_images_carry_the_corrected_stress(walled):
     """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and
     mirrored at a wall."""
