@@ -82,6 +82,7 @@ def stretched(shape: Shape, before: Particles, factors: tuple[float, float, floa
     return after
 
 
+@pytest.mark.validation
 def test_a_bowl_is_a_crater(body):
     shape, before, every = body
     kind, reason = class_of(shape, before, with_bowl(shape, every, 35.0, 14.0))

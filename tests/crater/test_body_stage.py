@@ -21,6 +21,8 @@ from pipeline.case import read as cases
 from pipeline.settings import compose
 from tests.crater import browser
 
+pytestmark = pytest.mark.validation
+
 CASE = """
 [case]
 title = "A shot at a small body"

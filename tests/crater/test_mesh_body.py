@@ -100,6 +100,7 @@ def test_a_mesh_has_the_crater_of_the_ellipsoid(both):
         assert one[name]["value"] == pytest.approx(two[name]["value"], rel=0.03), name
 
 
+@pytest.mark.validation
 def test_the_map_is_the_same_place_by_place(both):
     """Heights, normals, latitudes and longitudes of either map at the places of the other."""
     from scipy.spatial import cKDTree

@@ -347,6 +347,7 @@ def test_a_snapshot_taken_away_says_what_it_misses_and_options_are_said(both, tm
     assert depths[1] - depths[0] == pytest.approx(8e3, abs=0.03 * GRAIN)
 
 
+@pytest.mark.validation
 def test_choices_of_the_case_reach_every_measuring(both, tmp_path):
     """Sectors, seed and the limit of flight of ``[crater]``, not only their defaults."""
     run, _, _ = both

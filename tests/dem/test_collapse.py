@@ -184,7 +184,7 @@ def test_softening_ends_in_the_same_crater(tmp_path, carved):
 SOFT = SETTINGS.contact.model_copy(update={"static_overlap": 0.2, "overlap_stop": 1.5})
 SHORTCUTS = pytest.mark.parametrize(
     "changes",
-    [{}, {"contact": SOFT, "stiffness": "following"}],
+    [{}, pytest.param({"contact": SOFT, "stiffness": "following"}, marks=pytest.mark.validation)],
     ids=["as it is", "following"],
 )
 

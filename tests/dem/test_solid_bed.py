@@ -29,6 +29,8 @@ from matter.geometry.rotation import rotation
 from sph.bodies import solid_target
 from tests.dem.stops import interrupted, same_grains
 
+pytestmark = pytest.mark.validation
+
 DENSITY = 2400.0
 HERTZ = Contact(normal="hertz", tangential="mindlin", shell=GrainLaw(elastic_modulus=1e7, poisson_ratio=0.3))
 DIMORPHOS = {

@@ -97,6 +97,7 @@ def both_ways(run_folder, again, tmp_path_factory):
     return run_folder, {"mapped": again, "direct": out}
 
 
+@pytest.mark.validation
 def test_same_inputs_give_the_same_bits(finished, again):
     folder, _ = finished
     one, other = snapshot.read(folder / "4_handoff" / "start.vtkhdf"), snapshot.read(again / "start.vtkhdf")

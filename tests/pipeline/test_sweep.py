@@ -182,6 +182,7 @@ def test_members_share_what_comes_before_and_end_in_one_table(sweep):
     assert (one.folder / sweep_table.CSV).read_text() == before
 
 
+@pytest.mark.validation
 def test_a_stopped_sweep_continues(sweep):
     slow = sweep("dem.contact.friction=0.3,0.4", overrides=("sph.sleep_s=0.05",))
 

@@ -14,6 +14,8 @@ from sph.materials.settings import Choice
 from sph.pairs import gradients, rates, scheme, start_volumes
 from tests.sph.test_rates import _Cloud
 
+pytestmark = pytest.mark.validation
+
 FIELDS = (
     "position",
     "velocity",

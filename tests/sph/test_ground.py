@@ -211,6 +211,7 @@ def test_a_periodic_block_on_a_wall_resumes_to_the_last_bit(tmp_path, monkeypatc
     assert a.position[:, 2].min() > -6.3e3 and np.abs(a.velocity).max() < 30.0
 
 
+@pytest.mark.validation
 def test_a_metre_size_sphere_neither_attracts_nor_relaxes(tmp_path):
     ball = Target(layers=(Layer(name="ball", material="basalt", thickness=0.03),), self_gravity=False)
     impact = Impact(
