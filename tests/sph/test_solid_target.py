@@ -199,7 +199,7 @@ def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch, axes, zone
         assert len(draws) < 4, "places are tried all over the body"
         return drawn(self, rng, count)
 
-    monkeypatch.setattr(region.Interior, "draw", counted)
+    monkeypatch.setattr(region.Interior, "random_points", counted)
     built = solid_target.build(body, collect(("basalt",)), zones, 1)
     away = np.linalg.norm(built.position - np.array(body.impact_point), axis=1)
     size = np.cbrt(built.mass / built.density)
