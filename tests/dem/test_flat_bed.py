@@ -282,7 +282,7 @@ def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
     start.attributes.update(bed.attributes, time=1.0)
     across = np.hypot(start.position[:, 0], start.position[:, 1])  # not in the damped layer along the side
     thrown = int(np.argmax(np.where(across < 1.3, start.position[:, 2], -np.inf)))
-    start.velocity[thrown] = [0.0, 0.0, 5.2]
+    start.velocity[thrown] = [0.0, 0.0, 4.9]
     write_ground(tmp_path / "2_sph" / "target.json", depth=9.0)
     (tmp_path / "4_handoff").mkdir()
     (tmp_path / "5_dem").mkdir()
