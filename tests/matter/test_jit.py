@@ -187,3 +187,11 @@ def test_a_folder_of_kernels_of_somebody_else_is_refused(cache, monkeypatch):
     monkeypatch.setattr(jit.os, "getuid", lambda: cache.stat().st_uid + 1)
     with pytest.raises(PermissionError, match="belongs to another user"):
         jit.cache_root()
+
+
+def test_without_compilation_all_are_plain_functions():
+    code = "from dem.contact import walls; from sph.kernels import wendland as w; "
+    code += "print(w.kernel(0.5, 1.0) > 0.0, type(walls.distances))"
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), "NUMBA_DISABLE_JIT": "1"}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True)
+    assert done.stdout.split(maxsplit=1) == ["True", "<class 'function'>\n"], done.stderr
