@@ -315,7 +315,11 @@ def measured_alone(path, out) -> dict:
 
 @pytest.mark.parametrize(
     ("name", "entry"),
-    [("2_sph/snap_0003", ("transient",)), ("2_sph/last", ("late_sph",)), ("5_dem/last", ("final",))],
+    [
+        pytest.param("2_sph/snap_0003", ("transient",), marks=pytest.mark.validation),
+        pytest.param("2_sph/last", ("late_sph",), marks=pytest.mark.validation),
+        ("5_dem/last", ("final",)),
+    ],
     ids=["transient", "late", "grains"],
 )
 def test_one_snapshot_of_a_run_gives_the_numbers_of_the_run(both, tmp_path, capsys, name, entry):

@@ -37,7 +37,14 @@ def test_the_fraction_of_steady_shear(monkeypatch):
     assert friction_angle.loose_fraction(LAW) == pytest.approx(FRACTION, abs=0.003)
 
 
-@pytest.fixture(scope="module", params=["bowl", pytest.param("box", marks=pytest.mark.validation), "cylinder"])
+@pytest.fixture(
+    scope="module",
+    params=[
+        "bowl",
+        pytest.param("box", marks=pytest.mark.validation),
+        pytest.param("cylinder", marks=pytest.mark.validation),
+    ],
+)
 def loose(request, tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(friction_angle, "loose_fraction", lambda contact: FRACTION)
@@ -82,6 +89,7 @@ def test_a_loose_bed_that_was_stopped_resumes_bit_for_bit(tmp_path, monkeypatch)
     same_grains(beds[0][0], beds[1][0])
 
 
+@pytest.mark.validation
 def test_a_cap_is_loose_where_it_is_solid(tmp_path, bed_settings):
     """The ocean of an icy body has no friction: its grains rest closely packed, the ice on it loosely."""
     bodies.write_callisto(tmp_path / "2_sph" / "target.json")

@@ -101,6 +101,7 @@ def test_the_cone_carries_no_weight():
     assert abs(np.array(normal) @ x) < 1e-5
 
 
+@pytest.mark.validation
 def test_a_step_of_water_runs_out_flat():
     """Eight radii of ocean grains let go in a box: the slope that stays is below 7 degrees."""
     length, width, depth = 44.0, 10.0, 14.0

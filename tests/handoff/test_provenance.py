@@ -151,6 +151,7 @@ def test_grains_of_the_direct_transition_are_told_the_same(handed, flat_bed, gro
     assert straight.start.projectile_fraction.tolist() == (own.layer < 0).astype(float).tolist()
 
 
+@pytest.mark.validation
 def test_a_cloud_that_knows_less_gives_less(flat_bed, ground):
     source = clouds.flat_source(2.5, ARC, DEPTH, hemisphere, FIELDS["translation"], density=1100.0)
     made = transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)

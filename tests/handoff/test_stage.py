@@ -89,12 +89,12 @@ def again(run_folder, tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def both_ways(run_folder, again, tmp_path_factory):
+def both_ways(finished, tmp_path_factory):
     """The run's folder, and those of the ``mapped`` and the ``direct`` handoff."""
-    out = tmp_path_factory.mktemp("direct")
+    run_folder, out = finished[0], tmp_path_factory.mktemp("direct")
     unsound = run(run_folder, out, method="direct")
     assert unsound is None or "beyond the limit" in unsound
-    return run_folder, {"mapped": again, "direct": out}
+    return run_folder, {"mapped": run_folder / "4_handoff", "direct": out}
 
 
 @pytest.mark.validation

@@ -113,23 +113,6 @@ def test_inputs_that_cannot_be_handed_over(bowl, bed):
     n = len(bowl)
     with pytest.raises(InputError, match=r"all .* ejecta"):
         hand(changed(bowl, velocity=np.tile([0.0, 0.0, 1e3], (n, 1))), bed)
-    with pytest.raises(InputError, match="no crater"):
-        flat = clouds.flat_source(3.3, 21.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.zeros_like(p))
-        hand(flat, bed)
-    assert hand(flat, bed, crater="any").carving.size.radius == 0.0
-    with pytest.raises(InputError, match="wider than"):
-        hand(clouds.flat_source(3.3, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
-    with pytest.raises(InputError, match="headroom"):
-        hand(
-            clouds.flat_source(
-                3.3,
-                21.0,
-                12.0,
-                lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 8.0),
-                lambda p: np.zeros_like(p),
-            ),
-            bed,
-        )
     velocity = np.zeros((n, 3))
     velocity[7, 1] = np.nan
     with pytest.raises(InputError, match=r"'velocity' is not finite for 1 of .* particle 7"):
@@ -150,6 +133,27 @@ def test_inputs_that_cannot_be_handed_over(bowl, bed):
         hand(changed(bowl, position=bowl.position - [0.0, 0.0, 500.0]), bed)
     with pytest.raises(InputError, match="lacks"):
         hand(Particles({name: bowl[name] for name in bowl if name != "velocity"}, bowl.attributes), bed)
+
+
+@pytest.mark.validation
+def test_surfaces_that_cannot_be_handed_over(bed):
+    with pytest.raises(InputError, match="no crater"):
+        flat = clouds.flat_source(3.3, 21.0, 12.0, lambda p: np.zeros(len(p)), lambda p: np.zeros_like(p))
+        hand(flat, bed)
+    assert hand(flat, bed, crater="any").carving.size.radius == 0.0
+    with pytest.raises(InputError, match="wider than"):
+        hand(clouds.flat_source(3.3, 21.0, 12.0, lambda p: np.full(len(p), -6.0), lambda p: np.zeros_like(p)), bed)
+    with pytest.raises(InputError, match="headroom"):
+        hand(
+            clouds.flat_source(
+                3.3,
+                21.0,
+                12.0,
+                lambda p: np.where(np.hypot(p[:, 0], p[:, 1]) < 10.0, -6.0, 8.0),
+                lambda p: np.zeros_like(p),
+            ),
+            bed,
+        )
 
 
 def test_beds_that_cannot_be_used(bowl, bed):

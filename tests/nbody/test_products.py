@@ -57,6 +57,7 @@ def isotropic():
 
 
 @pytest.mark.parametrize("moon", [pytest.param("ganymede", marks=pytest.mark.validation), "callisto"])
+@pytest.mark.validation
 def test_isotropic_arrivals_have_the_analytic_speed_and_asymmetry(isotropic, moon):
     jovian, table = isotropic
     mean, ratio = analytic.isotropic_encounters(system.load(moon), conditions.ISOTROPIC_SPEED)

@@ -165,7 +165,7 @@ def test_the_ledger_closes_mass_and_momenta(whole):
 @pytest.mark.parametrize(
     ("taken", "killed"),
     [
-        (("nbody", "sph", "bed"), ("dem",)),
+        pytest.param(("nbody", "sph", "bed"), ("dem",), marks=pytest.mark.validation),
         pytest.param(("nbody", "bed"), ("sph", "dem"), marks=pytest.mark.validation),
     ],
 )

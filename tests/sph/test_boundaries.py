@@ -190,7 +190,9 @@ def test_piston_reaches_the_hugoniot(name, pistons):
         assert got.speed == pytest.approx(wanted.shock_speed, rel=0.02)
 
 
-@pytest.mark.parametrize("sigma", [4.0, pytest.param(8.0, marks=pytest.mark.validation)])
+@pytest.mark.parametrize(
+    "sigma", [pytest.param(4.0, marks=pytest.mark.validation), pytest.param(8.0, marks=pytest.mark.validation)]
+)
 def test_quiet_end_returns_less_than_five_percent_of_a_wave(sigma):
     assert abs(returned("quiet", sigma)) < 0.05
 

@@ -60,6 +60,7 @@ def sheared(name, choice, steps, step):
     return np.array(found), materials
 
 
+@pytest.mark.validation
 def test_plastic_strain_is_what_was_sheared_less_what_is_elastic():
     """gamma / sqrt(3) = eps + sqrt(3) tau / (3 G), to rounding, and Y(eps) holds, to the step: aluminium 6061 to a
     shear of 30 %."""

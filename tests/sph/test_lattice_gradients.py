@@ -23,6 +23,7 @@ def test_distances_are_those_of_a_hexagonal_packing():
     ("support", "kernel", "plain"),
     [pytest.param(2.0, "cubic_spline", 0.9713, marks=pytest.mark.validation), (2.6, "wendland", 0.9942)],
 )
+@pytest.mark.validation
 def test_a_linear_flow_has_its_divergence(support, kernel, plain):
     """Inside a ball of lattice that expands as v = x the divergence is 3; plain sums fall short by what the constant
     says."""

@@ -72,7 +72,7 @@ class _Cloud:
     "options",
     [
         {},
-        {"kernel": "wendland"},
+        pytest.param({"kernel": "wendland"}, marks=pytest.mark.validation),
         {"first": True},
     ],
 )

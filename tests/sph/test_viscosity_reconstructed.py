@@ -154,6 +154,7 @@ def test_images_carry_slopes_and_heat(walled):
     assert np.abs(found[0] - found[1]).max() < 1e-10 * np.abs(found[1]).max()
 
 
+@pytest.mark.validation
 def test_a_stage_resumes_to_the_last_bit(tmp_path, monkeypatch):
     whole, parts = stopped_and_whole(tmp_path, monkeypatch, viscosity="reconstructed", conductivity=8.0)
     for name in whole:
