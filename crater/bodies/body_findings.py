@@ -12,7 +12,7 @@ import numpy as np
 
 from crater.bodies import exchange, height_map, look, measured
 from crater.bodies.classes import classed
-from crater.bodies.exchange import Orbit
+from crater.bodies.mutual_orbit import Orbit
 from crater.bodies.seen import Pair, Seen
 from crater.measures.measure import Measures
 from crater.measures.uncertainty import Quantity
@@ -85,8 +85,10 @@ def body_of(settings: Any, shape: Shape, facts: Mapping[str, Any], mass: float) 
     if companion:
         position = np.array(companion["place_m"], dtype=float)
         # the body is at -position from its companion, and flies round the axis
-        track = np.cross(np.array(companion["axis"], dtype=float), -position) / np.linalg.norm(position)
-        orbit = Orbit(float(companion["mass_kg"]), float(np.linalg.norm(position)), track)
+        distance = float(np.linalg.norm(position))
+        outward = -position / distance
+        track = np.cross(np.array(companion["axis"], dtype=float), outward)
+        orbit = Orbit(float(companion["mass_kg"]), distance, track, outward)
     if settings.along_track is not None:
         own = np.array(settings.along_track, dtype=float)
         track = target.placed.turn @ own / np.linalg.norm(own)

@@ -7,13 +7,6 @@
 (Cheng et al. 2023, Nature 616, 457, eq. 1, along the normal of the surface; the other directions alike.) The frame is
 that in which body and companion fall: a companion's tide takes no net momentum. v_b is not quite 0: the centre of a
 packing of particles that turns is not quite on its axis.
-
-The mutual orbit was a circle of radius d, v_0^2 = mu / d, mu = G (M + m). The body's velocity against its companion
-is then v_0 t + dv, t along its track, and by the vis-viva equation
-
-    1 / a = 2 / d - |v_0 t + dv|^2 / mu',   P = 2 pi sqrt(a^3 / mu')         mu' with the mass that stays
-
-(Murray & Dermott 1999, Solar System Dynamics, eq. 2.34), for a small dv: dP / P = 3 dv . t / v_0.
 """
 
 from __future__ import annotations
@@ -24,9 +17,8 @@ from typing import NamedTuple
 import numpy as np
 
 from crater.bodies.look import Look
-from matter.constants import G
 
-SOURCES = ("Cheng2023", "MurrayDermott1999")
+SOURCES = ("Cheng2023",)
 
 
 class Exchange(NamedTuple):
@@ -73,21 +65,3 @@ def momentum_exchange(before: Look, seen: Look, brought: np.ndarray) -> Exchange
         float(p.mass[gone].sum()),
         float(p.mass[target & ~seen.body].sum()),
     )
-
-
-class Orbit(NamedTuple):
-    """A circle about a companion of ``mass`` [kg] at ``distance`` [m]; ``track`` (3,): where the body flies to."""
-
-    mass: float
-    distance: float
-    track: np.ndarray
-
-
-def period(orbit: Orbit, body: float, change: np.ndarray) -> float:
-    """Period [s] of the mutual orbit after the ``change`` (3,) [m/s] of the velocity of a ``body`` [kg] that was on
-    the circle; NaN where it leaves its companion. The circle itself is that of this mass: the mass that is lost is
-    nothing to it."""
-    mu = G * (orbit.mass + body)
-    velocity = math.sqrt(mu / orbit.distance) * orbit.track + change
-    inverse = 2.0 / orbit.distance - float(velocity @ velocity) / mu
-    return 2.0 * math.pi * math.sqrt(inverse**-3 / mu) if inverse > 0.0 else math.nan

@@ -26,12 +26,14 @@ THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 
 class Look(NamedTuple):
     """``particles`` of a snapshot; their ``position`` (n, 3) [m] about the shape of before; (n,) which are of the
-    ``body``, and which are ``bound`` to it; the ``cloud`` of the body about the shape; the ``pose``."""
+    ``body``, and which are ``bound`` to it; the ``well`` (n,) [J/kg] that each would have to climb to leave it; the
+    ``cloud`` of the body about the shape; the ``pose``."""
 
     particles: Particles
     position: np.ndarray
     body: np.ndarray
     bound: np.ndarray
+    well: np.ndarray
     cloud: Cloud
     pose: Pose
 
@@ -67,25 +69,41 @@ def at(particles: Particles, shape: Shape, tracker: PoseTracker, gravity: float,
     held = clouds.supported(about, foot.height, speed, gravity, rise, what)
     body = np.zeros(len(particles), dtype=bool)
     body[np.flatnonzero(solid)[held]] = True
-    return Look(particles, position, body, bound(particles), about.select(held), pose)
+    well = depth_of_well(particles)
+    return Look(particles, position, body, bound(particles, well), well, about.select(held), pose)
 
 
-def bound(particles: Particles) -> np.ndarray:
-    """(n,) whether a particle is bound: v^2 / 2 < -phi, or v . x < 0, about the centre of mass; without velocities all
-    are. phi is that of all others; of those that were booked as gone that of the body as a point, at the position
-    where they left."""
-    n = len(particles)
-    here = particles.state != 2 if "state" in particles else np.ones(n, dtype=bool)
+def depth_of_well(particles: Particles) -> np.ndarray:
+    """-phi (n,) [J/kg] of each particle: that of all others; of those that were booked as gone that of the body as a
+    point, at the position where they left. Zero without velocities, which nothing climbs."""
     if "velocity" not in particles:
-        return here
-    x, v, m = particles.position, particles.velocity, particles.mass
+        return np.zeros(len(particles))
+    here = _present(particles)
+    x, m = particles.position, particles.mass
     soft = OF_GRAINS * particles.radius if "radius" in particles else OF_SPACING * _spacing(particles)
-    position = np.where(here[:, None], x - m[here] @ x[here] / m[here].sum(), x)
-    speed = v - m @ v / m.sum()
-    well = G * m[here].sum() / np.maximum(np.linalg.norm(position, axis=1), 1e-300)
+    well = G * m[here].sum() / np.maximum(np.linalg.norm(_from_centre(particles), axis=1), 1e-300)
     well[here] = tree.wells(x[here], m[here], soft[here], THETA)
+    return np.asarray(well)
+
+
+def bound(particles: Particles, well: np.ndarray) -> np.ndarray:
+    """(n,) whether a particle is bound: v^2 / 2 < ``well`` (n,) [J/kg], or v . x < 0, about the centre of mass;
+    without velocities all are."""
+    if "velocity" not in particles:
+        return _present(particles)
+    speed = particles.velocity - particles.mass @ particles.velocity / particles.mass.sum()
     fast = 0.5 * np.einsum("ij,ij->i", speed, speed) > well
-    return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, position) > 0.0)))
+    return np.asarray(~(fast & (np.einsum("ij,ij->i", speed, _from_centre(particles)) > 0.0)))
+
+
+def _present(particles: Particles) -> np.ndarray:
+    return np.asarray(particles.state != 2 if "state" in particles else np.ones(len(particles), dtype=bool))
+
+
+def _from_centre(particles: Particles) -> np.ndarray:
+    """Position (n, 3) [m] from the centre of mass; of those that were booked as gone as they were booked."""
+    here, x, m = _present(particles), particles.position, particles.mass
+    return np.where(here[:, None], x - m[here] @ x[here] / m[here].sum(), x)
 
 
 def _spacing(particles: Particles) -> np.ndarray:

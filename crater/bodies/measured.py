@@ -13,7 +13,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from crater.bodies import classes, exchange, hollow
+from crater.bodies import classes, hollow, mutual_orbit
+from crater.bodies.exchange import Exchange
 from crater.bodies.seen import Pair, Seen
 from crater.measures.uncertainty import Quantity, quantity
 from matter.solids import pose_tracker
@@ -244,10 +245,18 @@ def escaping_mass_kg(seen: Seen) -> Quantity:
     return quantity(seen.moved.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
 
 
-def _beta(seen: Seen, direction: np.ndarray | None) -> Quantity:
+def pair_escaping_mass_kg(seen: Seen) -> Quantity:
+    """What of it leaves the companion too; its error as that of what leaves the body."""
+    if seen.moved_pair is None:
+        return Quantity(None, None, "kg", NO_COMPANION)
+    gone = seen.after.particles.mass[~seen.after.bound]
+    return quantity(seen.moved_pair.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
+
+
+def _beta(seen: Seen, direction: np.ndarray | None, moved: Exchange | None = None) -> Quantity:
     if direction is None:
         return Quantity(None, None, "1", NO_TRACK)
-    value, error = seen.moved.beta(direction)
+    value, error = (moved or seen.moved).beta(direction)
     return quantity(value, {"counting": error}, "1", "the projectile flew across this direction")
 
 
@@ -267,6 +276,20 @@ def beta_flight(seen: Seen) -> Quantity:
 def beta_along_track(seen: Seen) -> Quantity:
     """Along the track of the orbit."""
     return _beta(seen, seen.track)
+
+
+def beta_pair_normal(seen: Seen) -> Quantity:
+    """Of what leaves body and companion, along the normal of the surface at the site."""
+    if seen.moved_pair is None:
+        return Quantity(None, None, "1", NO_COMPANION)
+    return _beta(seen, seen.shape.placed.normal, seen.moved_pair)
+
+
+def beta_pair_flight(seen: Seen) -> Quantity:
+    """The same along the projectile's flight."""
+    if seen.moved_pair is None:
+        return Quantity(None, None, "1", NO_COMPANION)
+    return _beta(seen, seen.moved.brought / np.linalg.norm(seen.moved.brought), seen.moved_pair)
 
 
 def delta_v_m_s(seen: Seen) -> Quantity:
@@ -293,18 +316,30 @@ def orbit_period_before_s(seen: Seen) -> Quantity:
     """Of the circle about the companion."""
     if seen.orbit is None:
         return Quantity(None, None, "s", NO_COMPANION)
-    return quantity(exchange.period(seen.orbit, seen.moved.mass, np.zeros(3)), {}, "s")
+    return quantity(mutual_orbit.period(seen.orbit, seen.moved.mass, np.zeros(3)), {}, "s")
 
 
 def orbit_period_change_s(seen: Seen) -> Quantity:
     """What the change of velocity makes of it."""
     if seen.orbit is None:
         return Quantity(None, None, "s", NO_COMPANION)
-    before = exchange.period(seen.orbit, seen.moved.mass, np.zeros(3))
-    after = exchange.period(seen.orbit, seen.moved.mass, seen.moved.change)
+    before = mutual_orbit.period(seen.orbit, seen.moved.mass, np.zeros(3))
+    after = mutual_orbit.period(seen.orbit, seen.moved.mass, seen.moved.change)
     error = _along_track(seen, seen.orbit.track)[1]
-    shifted = exchange.period(seen.orbit, seen.moved.mass, seen.moved.change + error * seen.orbit.track)
+    shifted = mutual_orbit.period(seen.orbit, seen.moved.mass, seen.moved.change + error * seen.orbit.track)
     return quantity(after - before, {"counting": abs(shifted - after)}, "s", "the body leaves its companion")
+
+
+def orbit_period_change_by_shape_s(seen: Seen) -> Quantity:
+    """What the change of shape adds to it, with the longest axis towards the companion before and after. Matter that
+    is not settled (``counted``) is its error."""
+    if seen.orbit is None:
+        return Quantity(None, None, "s", NO_COMPANION)
+    value, other = (
+        mutual_orbit.period_change_by_shape(seen.orbit, seen.moved.mass, seen.first.axes, body.axes)
+        for body in (seen.last, seen.counted)
+    )
+    return quantity(value, {"counted": 0.5 * abs(value - other)}, "s")
 
 
 NO_COMPANION = "no orbit: the case has no [target.companion]"

@@ -8,10 +8,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crater.bodies import height_map, look
-from crater.bodies.exchange import Exchange, Orbit
+from crater.bodies import height_map, look, mutual_orbit
+from crater.bodies.exchange import Exchange
 from crater.bodies.height_map import HeightMap
 from crater.bodies.look import Look, Rigid
+from crater.bodies.mutual_orbit import Orbit
 from crater.measures.uncertainty import Quantity
 from matter.solids.body_shape import Shape
 
@@ -61,6 +62,13 @@ class Seen:
         """The same with the bound matter near it."""
         near = np.linalg.norm(self.after.position, axis=1) < NEAR * self.shape.solid.extent
         return look.rigid(self.after, self.after.body | (self.after.bound & near))
+
+    @cached_property
+    def moved_pair(self) -> Exchange | None:
+        """The momentum that stays with body and companion; None without a companion."""
+        if self.orbit is None:
+            return None
+        return mutual_orbit.pair_exchange(self.orbit, self.before, self.after, self.moved.brought)
 
     @cached_property
     def moved_fraction(self) -> float:

@@ -51,10 +51,14 @@ TABLE = (
     BodyMeasure("beta_normal", "1", "beta along the normal of the surface at the site", terminal=True),
     BodyMeasure("beta_flight", "1", "beta along the projectile's flight", terminal=True),
     BodyMeasure("beta_along_track", "1", "beta along the track of the orbit", terminal=True),
+    BodyMeasure("pair_escaping_mass_kg", "kg", "mass that leaves the body and its companion"),
+    BodyMeasure("beta_pair_normal", "1", "beta of what leaves body and companion, along the normal", terminal=True),
+    BodyMeasure("beta_pair_flight", "1", "beta of what leaves body and companion, along the flight"),
     BodyMeasure("delta_v_m_s", "m/s", "change of velocity", terminal=True),
     BodyMeasure("delta_v_along_track_m_s", "m/s", "change of velocity along the track", terminal=True),
     BodyMeasure("orbit_period_before_s", "s", "period of the mutual orbit before the impact"),
-    BodyMeasure("orbit_period_change_s", "s", "change of the period of the mutual orbit", terminal=True),
+    BodyMeasure("orbit_period_change_s", "s", "change of the period by the change of velocity", terminal=True),
+    BodyMeasure("orbit_period_change_by_shape_s", "s", "change of the period by the new shape", terminal=True),
 )
 
 BY_NAME = {measure.name: measure for measure in TABLE}

@@ -10,16 +10,14 @@ import h5py
 import numpy as np
 import pytest
 
-from crater.bodies import body_findings, body_report, exchange, levels, measured
+from crater.bodies import body_findings, body_report, levels, measured
 from crater.bodies.body_findings import Body
-from crater.bodies.exchange import Orbit
 from crater.bodies.seen import Pair, Seen
 from crater.ground import datum, locate
 from crater.results.choices import Choices
 from crater.settings import Settings
 from fixtures import grain_bodies as bodies
 from fixtures import synthetic_craters as synthetic
-from matter.constants import G
 from matter.particles import Particles
 from matter.points import packing
 from matter.solids.body_shape import Shape, enclosed
@@ -253,39 +251,6 @@ def test_beta_of_two_groups_of_known_momenta(even):
     one = float(before.mass[0]) * thrown
     error = math.sqrt(slow.sum()) * np.linalg.norm(one * n) / abs(brought @ n)
     assert measured.beta_normal(seen).sigma == pytest.approx(error, rel=1e-6)
-
-
-@pytest.mark.parametrize("change", [(0.0, -2.7e-3, 0.0), (1e-3, 2e-3, -3e-3), (0.0, 0.02, 0.0)])
-def test_the_period_is_that_of_a_two_body_orbit_integrated_numerically(change):
-    from scipy.integrate import solve_ivp
-
-    big, small, distance = 5.4e11, 4.3e9, 1206.0
-    orbit = Orbit(big, distance, np.array([0.0, 1.0, 0.0]))
-    mu = G * (big + small)
-    start = np.array([distance, 0.0, 0.0])
-    velocity = math.sqrt(mu / distance) * orbit.track + change
-
-    def pull(_, y):
-        return np.concatenate([y[3:], -mu * y[:3] / np.linalg.norm(y[:3]) ** 3])
-
-    # from one passage of the nearest point to the next: r . v rises through 0
-    def nearest(_, y):
-        return y[:3] @ y[3:]
-
-    nearest.direction = 1.0
-    state = np.concatenate([start, velocity])
-    run = solve_ivp(pull, (0.0, 2e5), state, rtol=1e-12, atol=1e-9, events=nearest, method="DOP853")
-    passed = run.t_events[0][run.t_events[0] > 1.0]
-    assert exchange.period(orbit, small, np.array(change)) == pytest.approx(np.diff(passed).mean(), rel=1e-7)
-
-
-def test_a_small_change_along_the_track_changes_the_period_by_three_times_its_share():
-    orbit = Orbit(5.4e11, 1206.0, np.array([0.0, 0.0, 1.0]))
-    before = exchange.period(orbit, 4.3e9, np.zeros(3))
-    speed = math.sqrt(G * (5.4e11 + 4.3e9) / 1206.0)
-    after = exchange.period(orbit, 4.3e9, np.array([0.0, 0.0, 1e-6 * speed]))
-    assert (after / before - 1.0) / 1e-6 == pytest.approx(3.0, rel=1e-4)
-    assert math.isnan(exchange.period(orbit, 4.3e9, np.array([0.0, 0.0, speed])))
 
 
 def test_flat_coordinates_keep_areas_on_a_ball():
