@@ -49,12 +49,12 @@ def test_every_stage_hears_of_them():
     for stage in STAGES:
         own = settings[stage].densities
         assert set(own) == {"basalt", "aluminum"}
-        assert own["basalt"].solid == 3500.0 and own["basalt"].bulk == pytest.approx(2400.0, rel=1e-4)
+        assert own["basalt"].solid == 3500.0 and own["basalt"].bulk == pytest.approx(1540.0, rel=1e-4)
         assert own["aluminum"].bulk == pytest.approx(1000.0, rel=1e-3)
 
 
 def test_times_of_the_collapse_and_what_comes_back_go_by_them():
-    """T goes as 1 / sqrt(g) and g as the bulk density: 2,400 kg/m^3, of which the shock stage's own target.json says
+    """T goes as 1 / sqrt(g) and g as the bulk density: 1,540 kg/m^3, of which the shock stage's own target.json says
     the same."""
     from sph import stage
 
@@ -77,7 +77,7 @@ def test_the_step_that_a_bed_is_expected_to_have_goes_by_them():
     for overrides in ((), PLAIN):
         case = cases.read(DART, "quick", overrides)
         steps.append(prediction.predictions(Request(case), compose.compose(case))["bed"]["bed_step"])
-    assert steps[0] / steps[1] == pytest.approx(math.sqrt(2700.0 / 2400.0), rel=1e-3)
+    assert steps[0] / steps[1] == pytest.approx(math.sqrt(2700.0 / 1540.0), rel=1e-3)
 
 
 def test_the_step_of_a_spheres_grains_goes_by_their_mass():
