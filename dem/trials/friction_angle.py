@@ -39,6 +39,7 @@ import numpy as np
 
 from dem.contact.rest_springs import REST_FRACTION
 from dem.contact.settings import Contact
+from dem.trials import angle_of_friction
 from dem.trials.shear_cell import CELL_STIFFNESS
 from dem.trials.steady_shear import shear
 from dem.trials.tilted_bed import tilt
@@ -143,12 +144,22 @@ def friction_for(angle_deg: float, contact: Contact, seeds: Sequence[int] = (1, 
 
 
 def resolved(contact: Contact) -> Contact:
-    """The settings with the friction that gives ``friction_angle``, when that is set; the calibration is kept, the
-    first takes minutes."""
+    """The settings with the friction that gives ``friction_angle``, when that is set: by the measured points for the
+    default law, by a search for any other, which takes minutes the first time and is kept."""
     if contact.friction_angle is None:
         return contact
-    friction, _, _ = friction_for(math.degrees(contact.friction_angle), contact)
+    angle = math.degrees(contact.friction_angle)
+    friction = angle_of_friction.friction(angle) if _as_measured(contact) else None
+    if friction is None:
+        friction, _, _ = friction_for(angle, contact)
     return with_friction(contact, friction).model_copy(update={"friction_angle": None})
+
+
+def _as_measured(contact: Contact) -> bool:
+    """Whether the law is the default one, but for friction and cohesion, which the cell leaves out."""
+    shell = {"restitution", "restitution_tangential", "shape", "rolling", "twisting"}
+    law = {"tangential_stiffness_ratio": True, "attractive_tail": True, "shell": shell}
+    return contact.model_dump(include=law) == Contact().model_dump(include=law)
 
 
 # -- the command

@@ -3,11 +3,13 @@ once."""
 
 from __future__ import annotations
 
+import math
 from dataclasses import replace
 from typing import Any
 
 from pydantic import BaseModel, ValidationError
 
+from dem.trials import angle_of_friction
 from matter.case import at_rest
 from matter.case.at_rest import AtRest
 from matter.case.body import FLAT, Impact, Model, Target
@@ -75,7 +77,9 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         table = document.get(stage, {})
         if not isinstance(table, dict):
             continue  # already complained about
-        payload, moved = _payload(model, table, shared, document)
+        if "contact" in model.model_fields:
+            document = _one_friction(document, settings.get("sph"))
+        payload, moved = _payload(model, document.get(stage, {}), shared, document)
         if "densities" in model.model_fields:
             payload["densities"] = _own_densities(settings.get("sph"))
         if stage == "dem" and (bed := settings.get("bed")) is not None and "target" in payload:
@@ -161,6 +165,21 @@ def _payload(
 def _ground(bed: Any, target: Any) -> Any:
     """The ``target`` for the stages of grains: flat ground where their ``bed`` is a patch of a body's."""
     return plain(stages.load("bed").ground(bed)) if getattr(bed, "on_patch", False) else target
+
+
+def _one_friction(document: dict[str, Any], sph: Any) -> dict[str, Any]:
+    """The document, its grains with the friction angle of the ground of the shock stage where it says nothing else of
+    their friction; the steepest that such grains reach where the ground's is steeper."""
+    contact = document.get("dem", {}).get("contact", {}) if isinstance(document.get("dem"), dict) else None
+    shell = contact.get("shell", {}) if isinstance(contact, dict) else None
+    if sph is None or not sph.strength or not isinstance(shell, dict):
+        return document
+    if not isinstance(contact, dict) or "friction_angle" in contact or {"friction", "shape"} & set(shell):
+        return document
+    if (soil := sph.chosen_materials().loose(sph.target.layers[-1].material)) is None:
+        return document
+    reached = min(math.degrees(soil.friction_angle), angle_of_friction.STEEPEST)
+    return overlay.assigned(document, ("dem", "contact", "friction_angle"), f"{reached:.6g} deg")
 
 
 def _own_densities(sph: Any) -> dict[str, AtRest]:

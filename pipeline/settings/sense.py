@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from crater.results import soundness
+from dem.trials import angle_of_friction
 from matter.case import at_rest, formation_time, quantity
 from matter.case.body import Model
 from matter.constants import G
@@ -58,6 +59,7 @@ def judged(
         *_coarse(sph),
         *_sinking(sph),
         *_regime(settings, sph, stages),
+        *_cohesion_once(settings, sph),
         *experimental.used(settings),
     ]
 
@@ -279,6 +281,26 @@ def _sinking(sph: Any) -> Iterator[str]:
             f"here by up to {readable.length(way)} (g L / c times the time at each late sound speed); "
             f'[target] start = "relaxed" rests on it'
         )
+
+
+def _cohesion_once(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
+    """Cohesion of the loose ground in one stage alone: the other would flow where this one holds."""
+    dem: Any = settings.get("dem")
+    ground, materials = sph.target.layers[-1].material, sph.chosen_materials()
+    if dem is None or not sph.strength or (soil := materials.loose(ground)) is None:
+        return
+    holds = soil.cohesion > 0.0 and not materials.predamaged(ground)
+    if holds == (dem.contact.cohesion != "none"):
+        return
+    alone = (
+        "the ground of the shock stage has cohesion and its grains none"
+        if holds
+        else "the grains have cohesion and the shock stage none"
+    )
+    yield (
+        f"{alone}: shear keeps {angle_of_friction.COHESION_LEFT:.1%} of the pull between grains "
+        '([dem.contact] cohesion = "zhang"), and ground that is broken from the start (predamaged) has none'
+    )
 
 
 def _layers(sph: Any) -> dict[str, float]:

@@ -25,7 +25,7 @@ from sph.porosity import crush, p_alpha
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
-from sph.strength import inertial_friction, von_mises
+from sph.strength import drucker_prager, inertial_friction, von_mises
 
 
 class Elastic(NamedTuple):
@@ -118,6 +118,12 @@ class Materials:
     def weibull(self, name: str) -> grady_kipp.Parameters:
         """The Weibull parameters of a material; raises ``InputError`` where it has none."""
         return parameters(grady_kipp.Parameters, name, "weibull", self.choices.get(name, AS_PUBLISHED))
+
+    def loose(self, name: str) -> drucker_prager.Parameters | None:
+        """Friction angle and cohesion of a material that yields as soil does; None of any other."""
+        if strength.FAMILY.names[self.rows.strength[self.index(name)]] != "drucker_prager":
+            return None
+        return parameters(drucker_prager.Parameters, name, "drucker_prager", self.choices.get(name, AS_PUBLISHED))
 
     def predamaged(self, name: str) -> bool:
         """Whether the material is broken from the start."""
