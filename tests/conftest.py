@@ -1,9 +1,20 @@
 """What all tests share: one thread unless a test asks for more, no window for pictures, and no property that is judged
-by the time an example takes: a busy machine is no fault of the code."""
+by the time an example takes: a busy machine is no fault of the code. The longest files begin first, so that no worker
+waits for one of them at the end."""
 
 import os
+from pathlib import Path
 
 import hypothesis
+
+TESTS = Path(__file__).parent
+LONGEST = (
+    "pipeline/test_end_to_end.py", "dem/test_engines.py", "crater/test_stage.py", "matter/test_solids.py",
+    "sph/test_ground.py", "crater/test_bodies.py", "handoff/test_stage.py", "nbody/test_products.py",
+    "pipeline/test_stop.py", "handoff/test_whole_body.py", "sph/test_boundaries.py", "sph/test_state.py",
+    "sph/test_late.py", "pipeline/test_sweep.py",
+)  # fmt: skip
+"""Forty seconds and more, kernels to be compiled included, the longest first."""
 
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
@@ -13,3 +24,9 @@ hypothesis.settings.register_profile(
     "unhurried", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
 )
 hypothesis.settings.load_profile("unhurried")
+
+
+def pytest_collection_modifyitems(items):
+    """Files of LONGEST before all others, which keep their order."""
+    order = {TESTS / name: k for k, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path, len(order)))
