@@ -19,7 +19,7 @@ The grain then holds m = s V rho_ref in the fraction s of its volume: its own de
 matter, its moment of inertia 2 m r'^2 / 5. A grain never grows. Contacts that open are forgotten; in those that stay
 the springs shrink as the overlap does, so that each stays as far from its Coulomb limit as it was.
 
-Source: this project's own; measured in docs/results/sci_ryugu.
+Source: this project's own; measured in docs/results/sci_ryugu/settled.csv.
 """
 
 from __future__ import annotations

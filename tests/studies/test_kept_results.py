@@ -1,4 +1,4 @@
-"""Kept results stay small, and every page of them finds its pictures and begins with its command."""
+"""Kept results stay small, and every page of them fits a screen, finds its pictures and begins with its command."""
 
 import re
 import subprocess
@@ -33,6 +33,14 @@ def test_every_page_has_its_pictures_and_a_command():
         for target in re.findall(r"!\[[^\]]*\]\(([^)]+)\)", text):
             assert (page.parent / target).is_file(), (page, target)
         assert re.search(r"run_case |python |pytest |measure_crater |impact_census |inspect_handoff ", text), page
+
+
+def test_every_page_fits_a_screen():
+    for page in (file for file in kept() if file.name == "README.md" and file.parent != RESULTS):
+        text = page.read_text()
+        assert len(text.splitlines()) <= 60, page
+        prose = re.sub(r"^```.*?^```", "", text, flags=re.DOTALL | re.MULTILINE).splitlines()
+        assert [line for line in prose if len(line) > 300 and not line.startswith("|")] == [], page
 
 
 def test_a_picture_is_made_smaller_and_keeps_its_rare_colours(tmp_path):
