@@ -79,8 +79,8 @@ def faults(text: str, drawn: Iterable[str]) -> list[str]:
 
 def _faults(node: ast.expr, drawn: list[str]) -> Iterator[str]:
     match node:
-        case ast.Constant(value=bool()):
-            yield f"{node.value} is not a number"
+        case ast.Constant(value=bool(truth)):
+            yield f"{truth} is not a number"
         case ast.Constant(value=str(text)):
             try:
                 quantity.measured(text)

@@ -39,9 +39,9 @@ class SweepTable(Model):
     prior: Mapping[str, Prior] = Field(default_factory=dict)
     """For ``prior``: the distribution of each drawn quantity, in their order."""
     derive: dict[str, str] = Field(default_factory=dict)
-    """For ``prior``: key of the case -> what it is of the drawn quantities: a name, or an expression such as
-    ``"'3500 kg/m^3' / bulk_density"`` of names, numbers, quantities in quotes, + - * / ** and sqrt, exp, log, sin, cos,
-    tan, atan."""
+    """For ``prior``: key of the case -> the drawn quantity that it is, or an expression such as ``"'3500 kg/m^3' /
+    bulk_density"``, of drawn quantities, numbers, quantities in quotes, + - * / ** and sqrt, exp, log, sin, cos, tan,
+    atan."""
     whole_chain: Annotated[int, Field(ge=0)] | None = None
     """For ``prior``: so many members, the first, run all stages; the others end with the shock stage. Without it all
     run all stages."""
@@ -122,7 +122,7 @@ def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return dotted
 
 
-OWN_COLUMNS = ("member", "run", "state", "reason", "until", "case", "settled")
+OWN_COLUMNS = ("member", "run", "state", "reason", "until", "case", "settled", "class")
 """What a sweep's table says of a member beside what is drawn and measured: no quantity is called so."""
 Fault = tuple[tuple[str, ...], str]
 """The path of a mistake in ``[sweep]``, and a sentence."""

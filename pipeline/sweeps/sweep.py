@@ -60,6 +60,7 @@ from pipeline.case import read as cases
 from pipeline.case.complaints import complaints, dotted
 from pipeline.case.read import Case
 from pipeline.case.sweep_keys import SweepTable, flat, prior_faults
+from pipeline.case.toml_lines import KeyPath
 from pipeline.running.request import Request
 from pipeline.sweeps import draws
 
@@ -77,7 +78,7 @@ def laid(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[s
 def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable:
     """``[sweep]`` of a case with the ``--vary`` options laid over it. Raises ``InputError`` with every mistake."""
     whole = laid(content, {}, dict(parsed(option) for option in options))
-    faults = [*prior_faults(whole)]
+    faults: list[tuple[KeyPath, str]] = [*prior_faults(whole)]
     try:
         table = SweepTable.model_validate(whole)
     except ValidationError as error:
