@@ -21,7 +21,7 @@ from matter.case import quantity
 from matter.case.body import Model
 
 Number = bool | int | float | str
-Amount = int | float | str
+Amount = float | str
 LEAST_SHARE = 1e-6
 """What the limits must leave of a distribution."""
 _ROUNDING = 1e-9

@@ -36,7 +36,7 @@ class SweepTable(Model):
     points: tuple[dict[str, Any], ...] = ()
     """For ``points``: a table for each member, keys of the case with their values; ``name`` is what it is called,
     ``case`` another case than that of the others."""
-    prior: Mapping[str, Prior] = Field(default_factory=dict)
+    prior: dict[str, Prior] = Field(default_factory=dict)
     """For ``prior``: the distribution of each drawn quantity, in their order."""
     derive: dict[str, str] = Field(default_factory=dict)
     """For ``prior``: key of the case -> the drawn quantity that it is, or an expression such as ``"'3500 kg/m^3' /
