@@ -22,7 +22,7 @@ from matter.case.body import Model
 
 Number = bool | int | float | str
 Amount = float | str
-LEAST_SHARE = 1e-6
+LEAST_PROBABILITY = 1e-6
 """What the limits must leave of a distribution."""
 _ROUNDING = 1e-9
 
@@ -155,13 +155,13 @@ class Prior(Model):
         if self.components and abs(total - 1.0) > _ROUNDING:
             yield f"the weights of the components add up to {total:.6g}, not to 1"
         if low < high and all(sd > 0.0 for _, _, sd in self.normals) and self.normals:
-            share = sum(weight * _share(low, high, mean, sd) for weight, mean, sd in self.normals)
-            if share < LEAST_SHARE:
-                yield f"low and high leave {share:.1g} of the distribution, less than {LEAST_SHARE:g}"
+            left = sum(weight * _probability(low, high, mean, sd) for weight, mean, sd in self.normals)
+            if left < LEAST_PROBABILITY:
+                yield f"low and high leave {left:.1g} of the distribution, less than {LEAST_PROBABILITY:g}"
 
 
-def _share(low: float, high: float, mean: float, sd: float) -> float:
-    """The part of a normal distribution between two limits, by the tail that is the shorter one."""
+def _probability(low: float, high: float, mean: float, sd: float) -> float:
+    """That of a normal distribution between two limits, by the shorter one of its tails."""
     one, other = ((end - mean) / (math.sqrt(2.0) * sd) for end in (low, high))
     if one > 0.0:
         return 0.5 * (math.erfc(one) - math.erfc(other))

@@ -44,7 +44,7 @@ def drawn(priors: Mapping[str, Prior], count: int, seed: int) -> list[dict[str, 
 def written(prior: Prior, fraction: np.ndarray) -> list[Number]:
     """The values at the ``fraction`` (n,) of the distribution, as a case holds them."""
     if prior.values:
-        return [prior.values[int(share * len(prior.values))] for share in fraction]
+        return [prior.values[int(u * len(prior.values))] for u in fraction]
     amounts = quantile(prior, fraction)
     if not prior.unit:
         return [float(f"{amount:.{DIGITS}g}") for amount in amounts]
@@ -74,13 +74,13 @@ def _mixture(prior: Prior, fraction: Any) -> np.ndarray:
     weight, mean, sd = np.array(prior.normals).T
     low, high = prior.limits
 
-    def share(x: float) -> float:
+    def cdf(x: float) -> float:
         return float(weight @ special.ndtr((x - mean) / sd))
 
-    below, above = share(low), share(high)
+    below, above = cdf(low), cdf(high)
     # beyond these the distribution has no digit left
     ends = max(low, float(np.min(mean - 40.0 * sd))), min(high, float(np.max(mean + 40.0 * sd)))
     wanted = below + np.asarray(fraction) * (above - below)
     return np.array(
-        [optimize.brentq(lambda x, u=u: share(x) - u, *ends, xtol=1e-12 * np.max(sd), rtol=1e-14) for u in wanted]
+        [optimize.brentq(lambda x, u=u: cdf(x) - u, *ends, xtol=1e-12 * np.max(sd), rtol=1e-14) for u in wanted]
     )
