@@ -26,7 +26,7 @@ from pipeline.running import run_process
 from pipeline.settings.compose import compose
 from pipeline.store.store import STORE
 from pipeline.sweeps import draws, sweep_jobs, sweep_run, sweep_table
-from pipeline.sweeps.sweep import members, planned_sweep, read_table
+from pipeline.sweeps.sweep import check, members, planned_sweep, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
 ROOT = Path(__file__).resolve().parents[2]
@@ -116,9 +116,9 @@ def test_more_members_leave_the_first_ones_as_they_are(few, more, seed):
 def test_amounts_keep_their_unit_and_tails_are_finite():
     found = draws.drawn({"x": Prior(**NORMAL), "y": Prior(distribution="normal", mean=0, sd=1)}, 4096, 1)
     assert all(re.fullmatch(r"[\d.e+]+ kg/m\^3", row["x"]) for row in found)
-    assert np.isfinite([row["y"] for row in found]).all() and draws.written(Prior(**NORMAL), np.array([0.5])) == [
-        "1540 kg/m^3"
-    ]
+    assert np.isfinite([row["y"] for row in found]).all()
+    for prior, middle in ((NORMAL, "1540 kg/m^3"), (SPEED, "15 km/s"), (SPEED | {"low": "5000 m/s"}, "12500 m/s")):
+        assert draws.written(Prior(**prior), np.array([0.5])) == [middle]
 
 
 # -- what is derived
@@ -272,6 +272,10 @@ def test_every_mistake_is_told_at_once(drive, case_folder):
     for words in ("did you mean 'normal'", "low must be less", "'densty'", "'open'", "members: must be at least 1"):
         assert words in err
     assert drive(case_folder, "--check")[0] == 2  # and of a case that runs alone
+
+
+def test_a_case_with_priors_may_run_alone():
+    check({"kind": "prior", "prior": {"impact.speed": SPEED}})
 
 
 def test_units_that_do_not_fit_are_told_of_all_derived_keys():
