@@ -57,7 +57,7 @@ def sweep(
     failed = sweep_run.Runner(
         sweep, each, sweep_run.side_by_side(sweep, each), lambda words: None if quiet else print(words, flush=True)
     ).run()
-    rows = sweep_table.write(sweep)
+    rows = sweep_table.write(sweep, failed)
     frame = pandas.DataFrame(rows, columns=sweep_table.columns_of(rows)).set_index("member")
     frame.attrs = {
         "units": {name: sweep_table.unit_of(name) for name in frame.columns},

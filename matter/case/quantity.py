@@ -81,6 +81,18 @@ def parse(text: str, unit: str = "") -> float:
     """
     import pint
 
+    quantity = measured(text, unit)
+    try:
+        return float((quantity.to(unit) if unit else quantity.to_base_units()).magnitude)
+    except pint.DimensionalityError:
+        raise ValueError(f"{text!r} is not a quantity in {unit}") from None
+    except (ArithmeticError, pint.errors.PintError) as reason:
+        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
+
+
+def measured(text: str, unit: str = "") -> Any:
+    """The quantity of a text in its own unit, for arithmetic (``pint.Quantity``); ``unit``: the one that a message
+    names. Raises ``ValueError`` as ``parse`` does."""
     match = _NUMBER.match(text)
     if match is None or "," in text:
         raise ValueError(
@@ -96,15 +108,27 @@ def parse(text: str, unit: str = "") -> float:
     if not symbol and unit:
         raise ValueError(f"{text!r} has no unit: write it like '{match.group(1)} {_WRITTEN.get(unit, unit)}'")
     try:
-        quantity = _units().Quantity(number, _units().parse_units(symbol))
+        return _units().Quantity(number, _units().parse_units(symbol))
     except Exception as reason:  # pint lets several kinds through, its own and those of Python's tokenizer
         raise ValueError(f"cannot read {text!r} as a quantity ({reason or 'its unit is unreadable'})") from None
-    try:
-        return float((quantity.to(unit) if unit else quantity.to_base_units()).magnitude)
-    except pint.DimensionalityError:
-        raise ValueError(f"{text!r} is not a quantity in {unit}") from None
-    except (ArithmeticError, pint.errors.PintError) as reason:
-        raise ValueError(f"cannot read {text!r} as a quantity ({reason})") from None
+
+
+def unit_in(text: str) -> str:
+    """The unit of a quantity string as it is written there; empty where it has none, or cannot be read."""
+    match = _NUMBER.match(text)
+    return match.group(2).strip() if match else ""
+
+
+def base_unit(text: str) -> str:
+    """The SI unit of a quantity string's dimension, ``"rad"`` of an angle; empty for a bare number.
+
+    Raises ``ValueError`` where it cannot be read, or where zero of its unit is not zero: the sum of temperatures in
+    degC depends on their zero.
+    """
+    base = measured(text).to_base_units()
+    if parse(f"0 {unit_in(text)}") != 0.0:
+        raise ValueError(f"{text!r} has a zero of its own: write it in {base.units:~C}")
+    return f"{base.units:~C}"
 
 
 _LONGEST = 80

@@ -32,7 +32,7 @@ OUTSIDE = {
     "dem": "Settled grains (.vtkhdf) instead of this stage's last snapshot.",
 }
 MATERIAL = "NAME"
-"""Stands in a path for the name of a material."""
+"""Stands in a path for the name of a material, or of what a sweep draws."""
 
 
 class Key(NamedTuple):
@@ -81,7 +81,7 @@ def _within(path: tuple[str, ...], kind: Any, listed: bool = False) -> Iterator[
                 yield from _within(
                     (*path, name, MATERIAL) if many == "by name" else (*path, name), inner, many == "list"
                 )
-    if path[-1] == MATERIAL:
+    if of_material(path):
         for name, law in material_sections().items():
             yield Table((*path, name), law, text_of(inspect.getdoc(law)))
 
@@ -122,6 +122,11 @@ def inner_tables(annotation: Any, many: str = "") -> Iterator[tuple[Any, str]]:
         yield from inner_tables(argument, inside)
 
 
+def of_material(path: tuple[str, ...]) -> bool:
+    """Whether a path is that of one material's table, ``[sph.materials.NAME]``."""
+    return path == ("sph", "materials", MATERIAL)
+
+
 def material_sections() -> dict[str, Any]:
     """Title of a table in ``[sph.materials.NAME]`` -> the parameters of the law that it belongs to."""
     from sph.damage import grady_kipp
@@ -149,7 +154,7 @@ def keys(table: Table) -> list[Key]:
     rows = []
     for name, entry in fields(table.kind).items():
         holds_tables = any(True for _ in inner_tables(entry.annotation)) or (
-            table.path[-1] == MATERIAL and name in material_sections()
+            of_material(table.path) and name in material_sections()
         )
         if holds_tables or stands_elsewhere(table.path, name):
             continue
@@ -290,9 +295,11 @@ def _by_last_word() -> dict[str, list[str]]:
 
 
 def wildcard(path: tuple[str, ...]) -> tuple[str, ...]:
-    """A path of a case with the numbers of list elements left out, and ``NAME`` instead of a material."""
+    """A path of a case with the numbers of list elements left out, and ``NAME`` instead of a material or of what a
+    sweep draws."""
     parts = tuple(part for part in path if not part.isdigit())
-    return (*parts[:2], MATERIAL, *parts[3:]) if parts[:2] == ("sph", "materials") and len(parts) > 2 else parts
+    named = parts[:2] in (("sph", "materials"), ("sweep", "prior"))
+    return (*parts[:2], MATERIAL, *parts[3:]) if named and len(parts) > 2 else parts
 
 
 def find(name: str) -> tuple[list[Table], list[Key]]:
@@ -301,7 +308,7 @@ def find(name: str) -> tuple[list[Table], list[Key]]:
     Raises ``InputError`` with the nearest name when there is neither.
     """
     path = wildcard(tuple(part for part in name.strip("[]").split(".") if part))
-    top = ("case", *SHARED, *stages.ORDER)
+    top = ("case", *SHARED, "sweep", *stages.ORDER)
     all_tables = list(tables(path[0] if path and path[0] in top else None))
     inside = [table for table in all_tables if table.path[: len(path)] == path]
     if inside:

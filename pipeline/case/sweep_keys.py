@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import itertools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, field_validator, model_validator
 
 from matter.case.body import Model
+from pipeline.case import derived
+from pipeline.case.prior_table import Prior
+from pipeline.case.stages import nearest
 
 NAME = re.compile(r"\w[\w.-]*")
 """What a member may be called: its log and its link are named so."""
@@ -17,10 +21,10 @@ NAME = re.compile(r"\w[\w.-]*")
 class SweepTable(Model):
     """What is varied; it takes effect with ``run_case CASE --sweep``."""
 
-    kind: Literal["grid", "list", "lhs", "sobol", "points"] = "grid"
+    kind: Literal["grid", "list", "lhs", "sobol", "points", "prior"] = "grid"
     """``grid``: every combination of the values; ``list``: the first values of all keys, then the second ones ...;
     ``lhs`` (Latin hypercube) and ``sobol``: drawn between the two limits of each key; ``points``: each member by
-    itself."""
+    itself; ``prior``: drawn from distributions."""
     case: str = ""
     """The case that is swept, in a file that holds ``[sweep]`` alone: a folder or file beside it, or the name of a
     shipped case."""
@@ -32,12 +36,21 @@ class SweepTable(Model):
     points: tuple[dict[str, Any], ...] = ()
     """For ``points``: a table for each member, keys of the case with their values; ``name`` is what it is called,
     ``case`` another case than that of the others."""
+    prior: dict[str, Prior] = Field(default_factory=dict)
+    """For ``prior``: the distribution of each drawn quantity, in their order."""
+    derive: dict[str, str] = Field(default_factory=dict)
+    """For ``prior``: key of the case -> the drawn quantity that it is, or an expression such as ``"'3500 kg/m^3' /
+    bulk_density"``, of drawn quantities, numbers, quantities in quotes, + - * / ** and sqrt, exp, log, sin, cos, tan,
+    atan."""
+    whole_chain: Annotated[int, Field(ge=0)] | None = None
+    """For ``prior``: so many members, the first, run all stages; the others end with the shock stage. Without it all
+    run all stages."""
     members: Annotated[int, Field(ge=1, le=100_000)] = 16
-    """How many are drawn, for ``lhs`` and ``sobol``."""
+    """How many are drawn, for ``lhs``, ``sobol`` and ``prior``. Those of a ``prior`` stay when there are more."""
     seed: Annotated[int, Field(ge=0)] = 1
     """Seed of the draws."""
 
-    @field_validator("vary", "common", mode="before")
+    @field_validator("vary", "common", "derive", mode="before")
     @classmethod
     def _flat(cls, table: Any) -> Any:
         return flat(table) if isinstance(table, Mapping) else table
@@ -83,6 +96,10 @@ class SweepTable(Model):
         lengths = {len(values) for values in self.vary.values()}
         if (self.kind == "points") != bool(self.points):
             raise ValueError('points: kind = "points" goes with a list of them')
+        if self.kind == "prior":
+            if self.vary:
+                raise ValueError('vary: kind = "prior" draws its values, [sweep.prior] says from which distributions')
+            return self
         if self.points:
             if self.vary:
                 raise ValueError("vary: points name their own values")
@@ -103,3 +120,59 @@ def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
         key = f"{above}.{name}" if above else name
         dotted |= flat(value, key) if isinstance(value, Mapping) else {key: value}
     return dotted
+
+
+OWN_COLUMNS = ("member", "run", "state", "reason", "until", "case", "settled", "class")
+"""What a sweep's table says of a member beside what is drawn and measured: no quantity is called so."""
+Fault = tuple[tuple[str, ...], str]
+"""The path of a mistake in ``[sweep]``, and a sentence."""
+
+
+def prior_faults(content: Mapping[str, Any]) -> Iterator[Fault]:
+    """What in ``[sweep]`` as it was written does not fit together of priors and derived keys. Looked at beside the
+    table's own validation, so that a wrong distribution hides no other mistake."""
+    if content.get("kind") != "prior":
+        for name in ("prior", "derive", "whole_chain"):
+            if name in content:
+                yield (name,), 'goes with kind = "prior"'
+        return
+    prior, derive, common = (_table(content, name) for name in ("prior", "derive", "common"))
+    if not prior:
+        yield ("prior",), "nothing is drawn: [sweep.prior.NAME] holds the distribution of a quantity"
+    texts = {key: text for key, text in flat(derive).items() if isinstance(text, str)}
+    free = [name for name in prior if "." not in name]
+    yield from _misnamed(free, texts.values())
+    for key, text in texts.items():
+        yield from ((("derive", key), words) for words in derived.faults(text, free))
+    yield from _said_twice(
+        {
+            "prior": {name for name in prior if "." in name},
+            "derive": set(flat(derive)),
+            "common": set(flat(common)),
+        }
+    )
+
+
+def _table(content: Mapping[str, Any], name: str) -> Mapping[str, Any]:
+    table = content.get(name)
+    return table if isinstance(table, Mapping) else {}
+
+
+def _misnamed(free: Sequence[str], texts: Iterable[str]) -> Iterator[Fault]:
+    """Names of one's own that are none, or that no expression takes up."""
+    used = sorted({name for text in texts for name in derived.names_in(text)})
+    for name in free:
+        if not name.isidentifier():
+            yield ("prior", name), "a name of one's own has letters, digits and '_'"
+        elif name in derived.FUNCTIONS or name in OWN_COLUMNS:
+            yield ("prior", name), "this is the name of a function, or of a column of the table: call it otherwise"
+        elif name not in used:
+            near = nearest(name, [other for other in used if other not in free])
+            yield ("prior", name), f"is drawn, and nothing in [sweep.derive] takes it up{near}"
+
+
+def _said_twice(keys: Mapping[str, set[str]]) -> Iterator[Fault]:
+    """Keys of the case that two of the tables set."""
+    for one, other in itertools.combinations(keys, 2):
+        for key in sorted(keys[one] & keys[other]):
+            yield (other, key), f"is set by [sweep.{one}] too"

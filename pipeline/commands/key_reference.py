@@ -6,7 +6,7 @@ import shutil
 import textwrap
 
 from pipeline.case import keys
-from pipeline.case.keys import MATERIAL, Key, Table
+from pipeline.case.keys import Key, Table
 
 
 def describe(name: str | None = None) -> str:
@@ -19,7 +19,7 @@ def describe(name: str | None = None) -> str:
 
 def _table(table: Table) -> str:
     head = f"[[{table.name}]]" if table.listed else f"[{table.name}]"
-    meaning = table.meaning + (" NAME is that of a material." if table.path[-1] == MATERIAL else "")
+    meaning = table.meaning + (" NAME is that of a material." if keys.of_material(table.path) else "")
     return "\n".join(
         [f"{head}  {_wrapped(meaning, len(head) + 2)}", *(_key(key, key.path[-1]) for key in keys.keys(table))]
     )

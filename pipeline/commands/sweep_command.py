@@ -62,7 +62,7 @@ def swept(
         failed = sweep_dask.run(sweep, each, scheduler, say)
     else:
         failed = sweep_run.Runner(sweep, each, sweep_run.side_by_side(sweep, each), say).run()
-    print(f"\n{sweep_table.text(sweep_table.write(sweep))}", flush=True)
+    print(f"\n{sweep_table.text(sweep_table.write(sweep, failed))}", flush=True)
     if ensemble is not None and (rows := ensembles.spread(sweep)):
         print(f"\nspread of the draws\n{ensembles.text(rows)}\n", flush=True)
         request, arguments = ensembles.measured(sweep, rows, each)

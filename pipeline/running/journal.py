@@ -69,8 +69,8 @@ class Journal:
         if time.monotonic() - self._written >= STATUS_EVERY_S:
             self.write("running")
 
-    def write(self, word: str) -> None:
-        """Write ``status.json``; ``word`` is running, stopped, failed or done."""
+    def write(self, word: str, reason: str = "") -> None:
+        """Write ``status.json``; ``word`` is running, stopped, failed or done, ``reason`` why it failed."""
         self._written = time.monotonic()
         eta = self.state.eta_s
         content = {
@@ -79,6 +79,7 @@ class Journal:
             "fraction": 1.0 if word == "done" else round(self.state.fraction, 5),
             "eta_s": None if word == "done" or not eta < 1e12 else round(eta, 1),
             "note": self.state.note,
+            "reason": reason,
             "pid": os.getpid(),
             "host": platform.node(),
             "from": self.start,

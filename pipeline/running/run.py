@@ -19,7 +19,7 @@ from typing import Any
 
 from matter import cadence, progress
 from matter.case.body import Model
-from matter.errors import InputError, Stopped, Unsound
+from matter.errors import InputError, Stopped, UnphysicalState, Unsound
 from matter.files import archive, lock
 from pipeline.case import outside, stages
 from pipeline.running import compiling
@@ -67,8 +67,9 @@ def run(request: Request, screen: Screen) -> Outcome:
         except Stopped:
             journal.write("stopped")
             raise
-        except BaseException:
-            journal.write("failed")
+        except BaseException as error:
+            named = isinstance(error, InputError | UnphysicalState)
+            journal.write("failed", str(error) if named else f"{type(error).__name__}: {error}")
             journal.log(traceback.format_exc())
             raise
         finally:

@@ -19,6 +19,21 @@ may hold ``[sweep]`` alone, with the ``case`` that it varies; the ``points`` of 
       { name = "small", case = "valhalla_350km" },
     ]
 
+``kind = "prior"`` draws quantities from distributions, several keys of one where they are derived from it
+(``pipeline.case.prior_table``, ``pipeline.case.derived``):
+
+    [sweep]
+    kind = "prior"
+    members = 96
+    whole_chain = 32                                  # the first 32; the others end with the shock stage
+    [sweep.prior.friction_angle]
+    distribution = "normal"
+    mean = "32.7 deg"
+    sd = "2.5 deg"
+    [sweep.derive]
+    "sph.materials.basalt.drucker_prager.friction_angle" = "friction_angle"
+    "dem.contact.friction_angle" = "friction_angle"
+
 A sweep has a folder in the folder of runs with links to its members, their table and a page; its name follows from
 what the members compute.
 """
@@ -30,7 +45,7 @@ import itertools
 import json
 import re
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -40,14 +55,18 @@ from pydantic import ValidationError
 
 from matter.case import quantity
 from matter.errors import InputError
-from pipeline.case import overlay, shipped
+from pipeline.case import derived, overlay, shipped, stages
 from pipeline.case import read as cases
 from pipeline.case.complaints import complaints, dotted
 from pipeline.case.read import Case
-from pipeline.case.sweep_keys import SweepTable, flat
+from pipeline.case.sweep_keys import SweepTable, flat, prior_faults
+from pipeline.case.toml_lines import KeyPath
 from pipeline.running.request import Request
+from pipeline.sweeps import draws
 
 Number = bool | int | float | str
+SHOCK = "sph"
+"""The last stage of a member that does not run the whole chain."""
 
 
 def laid(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[str, Any]) -> dict[str, Any]:
@@ -58,19 +77,25 @@ def laid(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[s
 
 def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable:
     """``[sweep]`` of a case with the ``--vary`` options laid over it. Raises ``InputError`` with every mistake."""
+    whole = laid(content, {}, dict(parsed(option) for option in options))
+    faults: list[tuple[KeyPath, str]] = [*prior_faults(whole)]
     try:
-        return SweepTable.model_validate(laid(content, {}, dict(parsed(option) for option in options)))
+        table = SweepTable.model_validate(whole)
     except ValidationError as error:
-        faults = [f"  {dotted(('sweep', *path))}: {message}" for path, message in complaints(SweepTable, error)]
+        faults = [*complaints(SweepTable, error), *faults]
+    if faults:
+        rows = dict.fromkeys(f"  {dotted(('sweep', *path))}: {message}" for path, message in faults)
         raise InputError(
-            f"[sweep] cannot be used, {len(faults)} error{'s' if len(faults) > 1 else ''}:\n" + "\n".join(faults)
-        ) from None
+            f"[sweep] cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(rows)
+        )
+    return table
 
 
 def check(content: Mapping[str, Any]) -> None:
     """Raise ``InputError`` with every mistake in ``[sweep]`` of a case that is run alone; nothing need be varied."""
     if content:
-        read_table(content, () if content.get("vary") or content.get("points") else ("case.title=-",))
+        varied = content.get("vary") or content.get("points") or content.get("kind") == "prior"
+        read_table(content, () if varied else ("case.title=-",))
 
 
 QUANTITY = re.compile(r"^\s*([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d\s.].*)$")
@@ -111,11 +136,18 @@ def _value(text: str) -> Number:
 @dataclass(frozen=True)
 class Member:
     """One run of a sweep: its ``name`` and the ``values`` of what is varied, by key; ``where``: its case, where it has
-    one of its own."""
+    one of its own; ``drawn``: the quantities that were drawn for it, by name or key; ``until``: its last stage."""
 
     name: str
     values: Mapping[str, Number]
     where: Path | None = None
+    drawn: Mapping[str, Number] = field(default_factory=dict)
+    until: str | None = None
+
+    @property
+    def parameters(self) -> Mapping[str, Number]:
+        """What tells it from the others: what was drawn, or else its values."""
+        return self.drawn or self.values
 
     @property
     def overrides(self) -> tuple[str, ...]:
@@ -125,9 +157,12 @@ class Member:
 
 def members(table: SweepTable, folder: Path = Path()) -> list[Member]:
     """The members, in order; cases are looked for in the ``folder`` of theirs, then by name. Raises ``InputError``
-    where a limit is no number or the two are of different units, and for a case that is not there."""
+    where a limit is no number or the two are of different units, where an expression has no value, and for a case that
+    is not there."""
     if table.points:
         return _points(table, folder)
+    if table.kind == "prior":
+        return _from_priors(table, folder)
     keys = list(table.vary)
     rows: Iterable[Sequence[Number]]
     if table.kind == "grid":
@@ -150,6 +185,26 @@ def _points(table: SweepTable, folder: Path) -> list[Member]:
         )
         for number, point in enumerate(table.points, 1)
     ]
+
+
+def _from_priors(table: SweepTable, folder: Path) -> list[Member]:
+    """Members by draws from distributions. Neither their names nor their values depend on how many there are."""
+    where, made = _case_file(table.case, folder), []
+    for number, drawn in enumerate(draws.drawn(table.prior, table.members, table.seed), 1):
+        values = {name: value for name, value in drawn.items() if "." in name}
+        faults = []
+        for key, text in table.derive.items():
+            try:
+                values[key] = derived.value(text, drawn)
+            except ValueError as reason:
+                faults.append(f"  sweep.derive.{key}: {reason}")
+        name = f"m{number:04d}"
+        if faults:
+            shown = ", ".join(f"{one} = {value}" for one, value in drawn.items())
+            raise InputError(f"[sweep] cannot be used, member {name} ({shown}):\n" + "\n".join(faults))
+        shock_alone = table.whole_chain is not None and number > table.whole_chain
+        made.append(Member(name, values, where, drawn, SHOCK if shock_alone else None))
+    return made
 
 
 def _name(number: int, count: int) -> str:
@@ -184,8 +239,11 @@ def _drawn(table: SweepTable) -> list[list[Number]]:
     """Values between the limits of each key, evenly spread in all of them together."""
     from scipy.stats import qmc
 
-    kind = qmc.LatinHypercube if table.kind == "lhs" else qmc.Sobol
-    points = kind(d=len(table.vary), rng=table.seed).random(table.members)
+    count = len(table.vary)
+    if table.kind == "lhs":
+        points = qmc.LatinHypercube(d=count, rng=table.seed).random(table.members)
+    else:
+        points = draws.sobol(count, table.members, table.seed)
     columns = [_between(key, low, high, points[:, k]) for k, (key, (low, high)) in enumerate(table.vary.items())]
     return [list(row) for row in zip(*columns, strict=True)]
 
@@ -232,22 +290,29 @@ class Sweep:
                 read = cases.read(
                     member.where or self.where, self.preset, [*self.overrides, *member.overrides], self.size
                 )
-                request = Request(read, self.out, until=self.until)
+                request = Request(read, self.out, until=self.last_stage(member))
                 assert request.run_folder
             except InputError as reason:
                 raise InputError(f"member {member.name} ({', '.join(member.overrides)}): {reason}") from None
             by_name[member.name] = request
         return by_name
 
+    def last_stage(self, member: Member) -> str | None:
+        """The stage with which a member ends, the earlier of its own and that of all; None where the case says."""
+        named = [stages.known(stage) for stage in (self.until, member.until) if stage]
+        return min(named, key=stages.ORDER.index, default=None)
+
     @cached_property
     def values(self) -> dict[str, dict[str, Any]]:
-        """Every key that is varied with its value in each member, by name; where a member says nothing, that of its
-        case (None where the case leaves it to the default). ``case`` is one of them where there are several."""
-        keys = dict.fromkeys(key for member in self.members for key in member.values)
+        """Every quantity that is drawn and every key that is varied with its value in each member, by name; where a
+        member says nothing, that of its case (None where the case leaves it to the default). ``case`` is one of them
+        where there are several."""
+        keys = dict.fromkeys(key for member in self.members for key in (*member.drawn, *member.values))
         by_name = {}
         for member in self.members:
             case = self.requests[member.name].case
-            own = {key: member.values.get(key, overlay.at(case.document, key)) for key in keys}
+            said = {**member.drawn, **member.values}
+            own = {key: said.get(key, overlay.at(case.document, key)) for key in keys}
             by_name[member.name] = {"case": case.name, **own} if self.several else own
         return by_name
 
@@ -273,7 +338,7 @@ class Sweep:
         options = [
             ("--preset", self.preset),
             ("--size", self.size),
-            ("--until", self.until),
+            ("--until", self.last_stage(member)),
             ("--threads", threads and str(threads)),
         ]
         given = [part for option, value in options if value for part in (option, str(value))]

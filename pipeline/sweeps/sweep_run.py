@@ -13,8 +13,8 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
-from dataclasses import dataclass, field
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from matter.errors import Stopped
@@ -34,11 +34,12 @@ _ROOM = 0.8
 
 @dataclass(frozen=True)
 class State:
-    """Where a member stands: done, running, stopped, failed or to do; the stage, and how much of it."""
+    """Where a member stands: done, running, stopped, failed or to do; the stage, how much of it, and why it failed."""
 
     word: str
     stage: str = ""
     fraction: float = 0.0
+    reason: str = ""
 
 
 def state_of(sweep: Sweep, member: Member) -> State:
@@ -51,7 +52,29 @@ def state_of(sweep: Sweep, member: Member) -> State:
     word = str(told.get("state", "to do"))
     if word == "running" and not lock.taken(request.run_folder / "run.lock"):
         word = "stopped"
-    return State("to do" if word == "done" else word, str(told.get("stage", "")), float(told.get("fraction", 0.0)))
+    return State(
+        "to do" if word == "done" else word,
+        str(told.get("stage", "")),
+        float(told.get("fraction", 0.0)),
+        " ".join(str(told.get("reason", "")).split()) if word == "failed" else "",
+    )
+
+
+def outcome_of(sweep: Sweep, member: Member, failed: Mapping[str, int]) -> State:
+    """What its folder says of a member, and the exit codes of those that ``failed`` just now: one that was refused or
+    killed has not written itself why."""
+    state, code = state_of(sweep, member), failed.get(member.name)
+    if code is None or state.word == "done" or state.reason:
+        return state
+    log = log_of(sweep, member.name)
+    lines = log.read_text(errors="replace").split("\n") if log.is_file() else []
+    last = next((line.strip() for line in reversed(lines) if line.strip()), "")
+    return replace(state, word="failed", reason=f"exit code {code}{f': {last}' if last else ''}")
+
+
+def log_of(sweep: Sweep, name: str) -> Path:
+    """What the process of a member has said."""
+    return sweep.folder / "logs" / f"{name}.log"
 
 
 def first_to_make(sweep: Sweep, member: Member) -> str:
@@ -160,7 +183,7 @@ class Runner:
         return candidate if candidate is not None and first_to_make(self.sweep, candidate) not in busy() else None
 
     def _begin(self, member: Member) -> None:
-        log = self.sweep.folder / "logs" / f"{member.name}.log"
+        log = log_of(self.sweep, member.name)
         log.parent.mkdir(parents=True, exist_ok=True)
         with open(log, "ab") as file:
             command = run_process.command(self.sweep.arguments(member, self.threads))
@@ -184,7 +207,7 @@ class Runner:
                 self.say(f"{name}: stopped")
             else:
                 self.failed[name] = code
-                self.say(f"{name}: failed, exit code {code} ({self.sweep.folder / 'logs' / f'{name}.log'})")
+                self.say(f"{name}: failed, exit code {code} ({log_of(self.sweep, name)})")
 
     def _stop(self, number: int, frame: object) -> None:
         if self.stopping:
@@ -209,9 +232,9 @@ def links(sweep: Sweep) -> None:
 
 
 def _words(sweep: Sweep, member: Member) -> str:
-    """What a member is: its own case, and the values that are its own."""
+    """What a member is: its own case, and what was drawn for it or the values that are its own."""
     own = [sweep.requests[member.name].case.name] if member.where is not None and sweep.several else []
-    return ", ".join([*own, *(f"{key} = {value}" for key, value in member.values.items())])
+    return ", ".join([*own, *(f"{key} = {value}" for key, value in member.parameters.items())])
 
 
 def status(sweep: Sweep) -> str:
@@ -230,4 +253,6 @@ def status(sweep: Sweep) -> str:
             else ""
         )
         lines.append(f"  {member.name:<{width}}  {state.word + where:<24} {_words(sweep, member)}")
+        if state.reason:
+            lines.append(f"  {'':<{width}}  {state.reason}")
     return "\n".join(lines)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,31 +14,46 @@ import numpy as np
 from crater.drawing.figure import INK, figure, grid, save
 from crater.scaling import crater_size
 from matter.case import quantity
+from matter.case.body import SOLIDS
 from matter.files import archive
-from matter.wording import drawing, page, readable
-from matter.wording.crater_measures import BY_NAME, COMPARED, UNITS
-from pipeline.case import stages
+from matter.wording import body_measures, crater_measures, drawing, page, readable
+from matter.wording.crater_measures import COMPARED
+from pipeline.case import overlay, stages
 from pipeline.settings import expected
 from pipeline.store import folder
 from pipeline.sweeps.sweep import QUANTITY, Number, Sweep
-from pipeline.sweeps.sweep_run import state_of
+from pipeline.sweeps.sweep_run import outcome_of
 
 CSV, HDF5, PAGE = "table.csv", "table.h5", "page.html"
 _SIGMA, _LAW = "_sigma", "law/"
+_WORDS = {measure.name: measure.words for measure in (*body_measures.TABLE, *crater_measures.TABLE)}
+_UNITS = {measure.name: measure.unit for measure in (*body_measures.TABLE, *crater_measures.TABLE)}
+_OF_BODY = tuple(measure.name for measure in body_measures.TABLE if measure.terminal)
+_DRAWN = (
+    *(f"{crater}/{name}" for name in COMPARED for crater in ("transient", "final")),
+    *(f"{stage}/{name}" for name in _OF_BODY for stage in ("shock", "body")),
+)
+"""Measures that pictures show, where a member has them."""
 Row = dict[str, Any]
 
 
-def rows_of(sweep: Sweep) -> list[Row]:
-    """A row per member: name, run folder, where it stands, every key that is varied with its value, whether its last
-    crater is at rest (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], and the transient
-    apparent diameter by the scaling laws for its ground as ``law/<name>`` [m]."""
+def rows_of(sweep: Sweep, failed: Mapping[str, int] | None = None) -> list[Row]:
+    """A row per member: name, run folder, where it stands, why it failed, its last stage where those differ
+    (``until``), every quantity that is drawn and key that is varied with its value, whether its last crater is at rest
+    (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], on a body those after the shock stage
+    (``shock/beta_normal``) and at the end (``body/beta_normal``), and the transient apparent diameter by the scaling
+    laws for its ground as ``law/<name>`` [m]. ``failed``: exit codes of members that failed just now."""
     rows = []
+    last = {name: request.wanted[-1] for name, request in sweep.requests.items()}
     for member in sweep.members:
         request = sweep.requests[member.name]
+        outcome = outcome_of(sweep, member, failed or {})
         row: Row = {
             "member": member.name,
             "run": request.run_folder.name,
-            "state": state_of(sweep, member).word,
+            "state": outcome.word,
+            "reason": ": ".join(filter(None, (outcome.stage, outcome.reason))) if outcome.word == "failed" else "",
+            **({"until": last[member.name]} if len(set(last.values())) > 1 else {}),
             **sweep.values[member.name],
         }
         row["settled"] = (
@@ -47,8 +62,26 @@ def rows_of(sweep: Sweep) -> list[Row]:
         for crater, cells in expected.values(request.run_folder).items():
             for name, cell in cells.items():
                 row[f"{crater}/{name}"], row[f"{crater}/{name}{_SIGMA}"] = cell.get("value"), cell.get("sigma")
+        if overlay.at(request.case.document, "target.shape") in SOLIDS:
+            row |= _of_body(request.run_folder)
         rows.append(row | _laws(request.run_folder))
     return rows
+
+
+def _of_body(run: Path) -> Row:
+    """What left a body by the end of the shock stage, its measures at the end, and its class."""
+    row: Row = {}
+    report = folder.record(stages.folder(run, "sph") / "stage_report.json")
+    if left := report.get("escaping"):
+        row |= {"shock/escaping_mass_kg": left["mass_kg"], "shock/beta_normal": left["beta"]}
+    body = folder.record(stages.folder(run, "crater") / "measures.json").get("body", {})
+    if found := body.get(body.get("final", "")):
+        row["class"] = found["class"]
+        for name in _OF_BODY:
+            cell = found["measures"].get(name, {})
+            cell = cell.get("after", cell)
+            row[f"body/{name}"], row[f"body/{name}{_SIGMA}"] = cell.get("value"), cell.get("sigma")
+    return row
 
 
 def _laws(run: Path) -> dict[str, float]:
@@ -66,24 +99,25 @@ def columns_of(rows: Sequence[Row]) -> list[str]:
 def unit_of(column: str) -> str:
     """SI unit of a column of measures or laws; empty for others."""
     name = column.rpartition("/")[2].removesuffix(_SIGMA)
-    return "m" if column.startswith(_LAW) else UNITS.get(name, "") if "/" in column else ""
+    return "m" if column.startswith(_LAW) else _UNITS.get(name, "") if "/" in column else ""
 
 
-def write(sweep: Sweep) -> list[Row]:
-    """Write table, pictures and page into the sweep's folder; the rows."""
-    rows = rows_of(sweep)
+def write(sweep: Sweep, failed: Mapping[str, int] | None = None) -> list[Row]:
+    """Write table, pictures and page into the sweep's folder; the rows. ``failed``: as for ``rows_of``."""
+    rows = rows_of(sweep, failed)
     columns = columns_of(rows)
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(columns)
     writer.writerows([["" if row.get(name) is None else row[name] for name in columns] for row in rows])
     archive.write_text(sweep.folder / CSV, text.getvalue())
-    _write_hdf5(sweep.folder / HDF5, rows, columns)
+    _write_hdf5(sweep.folder / HDF5, rows, columns, sweep.values[sweep.members[0].name])
     archive.write_text(sweep.folder / PAGE, _page(sweep, rows))
     return rows
 
 
-def _write_hdf5(path: Path, rows: Sequence[Row], columns: Sequence[str]) -> None:
+def _write_hdf5(path: Path, rows: Sequence[Row], columns: Sequence[str], given: Collection[str]) -> None:
+    """Numbers as such, and so what is drawn or varied (``given``) in one unit; all else as texts."""
     arrays: dict[str, Any] = {}
     for name in columns:
         values = [row.get(name) for row in rows]
@@ -94,6 +128,8 @@ def _write_hdf5(path: Path, rows: Sequence[Row], columns: Sequence[str]) -> None
                 unit_of(name) or "1",
                 _meaning(name),
             )
+        elif name in given and (found := axis_of([str(value) for value in values]))[1] not in ("", "SI"):
+            arrays[key] = (found[0], found[1], name)
         else:
             arrays[key] = np.array(["" if value is None else str(value) for value in values], dtype="S")
     archive.write(path, arrays)
@@ -103,7 +139,7 @@ def _meaning(column: str) -> str:
     crater, _, name = column.rpartition("/")
     if column.startswith(_LAW):
         return f"transient apparent diameter by {crater_size.NAMES.get(name, name)}"
-    words = BY_NAME[name.removesuffix(_SIGMA)].words if name.removesuffix(_SIGMA) in BY_NAME else name
+    words = _WORDS.get(name.removesuffix(_SIGMA), name)
     return f"{'standard error of ' if name.endswith(_SIGMA) else ''}{crater.replace('_', ' ')} {words}".strip()
 
 
@@ -130,9 +166,9 @@ def axis_of(values: Sequence[Number]) -> tuple[np.ndarray, str, list[str]]:
 def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     done = [row for row in rows if row["state"] == "done"]
     given = list(sweep.values[sweep.members[0].name])
-    keys = [key for key in given if len({str(row[key]) for row in rows}) > 1]
+    keys = [key for key in sweep.members[0].drawn or given if len({str(row[key]) for row in rows}) > 1]
     parts = [
-        f"<p>{len(done)} of {len(rows)} members are done. Errors are one standard deviation; dashed: scaling laws for "
+        f"<p>{_counted(rows)} Errors are one standard deviation; dashed: scaling laws for "
         f"the transient diameter; open symbols: the last snapshot of a crater that is not at rest."
         + (
             " Pictures show the plainest member of each case, and those that differ from it in that key."
@@ -141,6 +177,9 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
         )
         + "</p>"
     ]
+    if failed := [row for row in rows if row["state"] == "failed"]:
+        lost = [[page.escape(row["member"]), page.escape(row["reason"])] for row in failed]
+        parts += ["<h2>Members that failed</h2>", page.table(["member", "why"], lost)]
     if not drawing.possible("the sweep", print):
         parts.append(drawing.note())
         keys = []
@@ -162,7 +201,7 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     ]
     body = []
     for row in rows:
-        values = ["–" if row[key] is None else page.escape(row[key]) for key in given]
+        values = ["–" if row[key] is None else page.escape(_short(row[key])) for key in given]
         body.append(
             [page.escape(row["member"]), page.escape(row["state"]), *values, *(_cell(row, name) for name in measured)]
         )
@@ -170,6 +209,24 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
         f"Sweep {sweep.name}" if "case" in given else f"Sweep of {next(iter(sweep.requests.values())).case.title}",
         [*parts, "<h2>Members</h2>", page.table(head, body)],
     )
+
+
+def _counted(rows: Sequence[Row]) -> str:
+    """How many members are done, failed and missing, and how many run the whole chain."""
+    states = [row["state"] for row in rows]
+    others = "".join(f", {states.count(word)} {word}" for word in dict.fromkeys(states) if word != "done")
+    until = [row["until"] for row in rows if "until" in row]
+    whole = len(until) - until.count("sph")
+    fidelity = f" {whole} run all stages, the others end with the shock stage." if until else ""
+    return f"{states.count('done')} of {len(rows)} members are done{others}.{fidelity}"
+
+
+def _short(value: Number) -> str:
+    """A value for reading: derived numbers have all their digits in the table."""
+    number, unit = match.groups() if (match := QUANTITY.match(str(value))) else (str(value), "")
+    if isinstance(value, float) or unit:
+        return f"{float(number):.6g} {unit}".strip()
+    return str(value)
 
 
 def _deep(name: str) -> bool:
@@ -208,12 +265,7 @@ def _about(sweep: Sweep, rows: Sequence[Row], key: str) -> list[Row]:
 def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
     """One picture: every measure that a member has, against one key; whether there was anything to draw. Members of
     several cases differ in colour."""
-    shown = [
-        f"{crater}/{name}"
-        for name in COMPARED
-        for crater in ("transient", "final")
-        if len({row[key] for row in rows if row.get(f"{crater}/{name}") is not None}) > 1
-    ]
+    shown = [name for name in _DRAWN if len({row[key] for row in rows if row.get(name) is not None}) > 1]
     if not shown:
         return False
     positions, unit, words = axis_of([row[key] for row in rows])
@@ -265,11 +317,17 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
 def text(rows: Sequence[Row]) -> str:
     """The main measures of every member as a table for a terminal."""
     names = [f"{crater}/{name}" for crater in ("transient", "final") for name in ("diameter_apparent_m", "depth_m")]
-    names = [name for name in names if any(row.get(name) is not None for row in rows)]
+    names = [
+        name
+        for name in (*names, "shock/beta_normal", "body/beta_normal")
+        if any(row.get(name) is not None for row in rows)
+    ]
     width = max(8, *(len(row["member"]) + 2 for row in rows))
     column = max((len(_meaning(name)) + 3 for name in names), default=0)
     lines = [f"{'member':<{width}}{'state':<10}" + "".join(f"{_meaning(name):>{column}}" for name in names)]
     for row in rows:
         cells = [readable.terminal(_measured(row, name)) or "--" for name in names]
         lines.append(f"{row['member']:<{width}}{row['state']:<10}" + "".join(f"{cell:>{column}}" for cell in cells))
+    lines += ["", _counted(rows)]
+    lines += [f"  {row['member']} failed: {row['reason']}" for row in rows if row["state"] == "failed"]
     return "\n".join(lines)
