@@ -3,7 +3,6 @@ references."""
 
 from __future__ import annotations
 
-import html
 import re
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from matter.wording import page, readable
 
 VERDICTS = ("fail", "waived", "not_measured", "pass", "not_applicable")
 """Order of the ledger's rows on the page: what asks for attention first."""
+TEMPLATE = "crater/pages/templates/report_evidence.html.j2"
 
 
 def all_parts(run: Path, projectile_momentum: float, lever: tuple[float, str]) -> list[str]:
@@ -39,17 +39,13 @@ def ledger(path: Path) -> str:
     judged = [row for row in entries if row.get("limit") is not None]
     counts = {verdict: sum(row.get("verdict") == verdict for row in judged) for verdict in VERDICTS}
     summary = ", ".join(f"{count} {verdict.replace('_', ' ')}" for verdict, count in counts.items() if count)
-    return f"<h2>Handoff ledger</h2><p>{len(judged)} criteria: {summary}.</p>{page.ledger(entries)}"
+    words = f"{len(judged)} criteria: {summary}."
+    return page.render(TEMPLATE, "ledger", words=words, rows=page.ledger(entries))
 
 
 def rows_of(title: str, rows: list[tuple[str, str]]) -> str:
     """A section of words and values; empty where there are none."""
-    return (
-        f"<h2>{page.escape(title)}</h2>"
-        f"{page.table([], [[page.escape(word), page.escape(value)] for word, value in rows])}"
-        if rows
-        else ""
-    )
+    return page.render(TEMPLATE, "section", title=title, rows=rows) if rows else ""
 
 
 def steps(run: Path) -> str:
@@ -62,7 +58,7 @@ def steps(run: Path) -> str:
         }
         total = sum(counts.values())
         for name in sorted(counts, key=lambda key: -counts[key]):
-            rows.append([f"SPH: {page.escape(name)}", readable.number(counts[name]), f"{counts[name] / total:.0%}"])
+            rows.append([f"SPH: {name}", readable.number(counts[name]), f"{counts[name] / total:.0%}"])
     if grains.is_file():
         facts = archive.read_json(grains)
         if "time_step_s" in facts:
@@ -74,9 +70,8 @@ def steps(run: Path) -> str:
                     "100%",
                 ]
             )
-    if not rows:
-        return ""
-    return f"<h2>What limited the time step</h2>{page.table(['limit', 'steps', 'share'], rows)}"
+    head = ["limit", "steps", "share"]
+    return page.render(TEMPLATE, "section", title="What limited the time step", head=head, rows=rows) if rows else ""
 
 
 def provenance(path: Path) -> str:
@@ -120,8 +115,7 @@ def provenance(path: Path) -> str:
                 f"{command}; {session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB",
             )
         )
-    rows = [[page.escape(word), page.breakable(value)] for word, value in lines]
-    return f"<h2>Provenance</h2>{page.table([], rows, notes=(1,))}"
+    return page.render(TEMPLATE, "section", title="Provenance", rows=lines, notes=(1,))
 
 
 def references(path: Path) -> str:
@@ -142,13 +136,8 @@ def references(path: Path) -> str:
                 )
                 if part
             )
-            items.append(f"<li>{html.escape(f'{who} {year}: {title}. {where}'.strip())}</li>")
-    return (
-        f"<h2>References</h2><p class=note>BibTeX: references.bib of the run folder.</p><ul "
-        f"class=refs>{''.join(items)}</ul>"
-        if items
-        else ""
-    )
+            items.append(f"{who} {year}: {title}. {where}".strip())
+    return page.render(TEMPLATE, "references", entries=items) if items else ""
 
 
 def _field(entry: str, name: str) -> str:
