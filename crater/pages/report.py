@@ -131,7 +131,7 @@ def _title(findings: Findings) -> str:
 
 def _summary(findings: Findings) -> list[str]:
     lines = [
-        f"{_capital(label.title)} ({label.when}): {_in_words('apparent diameter', m['diameter_apparent_m'])}, "
+        f"{_capital(label.title)} ({label.when}): {_in_words('apparent diameter D', m['diameter_apparent_m'], ' =')}, "
         f"{_in_words('depth', m['depth_m'])}."
         for label, m in columns(findings, ("depth", "volume"))
     ]

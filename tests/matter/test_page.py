@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import shutil
 import subprocess
 
+import jinja2
+import markupsafe
 import pytest
 
 from matter.wording import ledger_words, page
@@ -26,6 +29,28 @@ def test_every_table_and_picture_scrolls_in_a_box_of_its_own(tmp_path):
         assert len(re.findall(tag, whole)) == len(re.findall(f"<div class=scroll>{tag}", whole)) == 1
     assert "://" not in whole and 'src="data:image/png;base64,' in whole and 'data-file="a.png"' in whole
     assert _picture(tmp_path / "none.png", "nothing") == ""
+
+
+def test_bytes_of_a_picture_are_not_worded(tmp_path):
+    """Their text may look like a number: ``/12e5/`` is no 12 × 10⁵."""
+    (tmp_path / "a.png").write_bytes(base64.b64decode("AA/12e5/AAAA"))
+    assert 'base64,AA/12e5/AAAA"' in _picture(tmp_path / "a.png", "1e5 grains")
+
+
+@pytest.mark.parametrize("text", ["<script>alert(1)</script>", "<b>", '"><img src=x>'])
+def test_no_text_of_a_case_becomes_a_tag(tmp_path, text):
+    """Nowhere that text stands: headline, title, heads, cells, small print, verdicts, captions."""
+    cells = [text, page.Cell(text, key=text), page.Cell(text, style="fail")]
+    table = page.render(page.PARTS, "table", head=[text, (text, text)], rows=[cells], notes=(0,))
+    row = {"name": text, "value": text, "limit": 1.0, "verdict": "pass", "unit": text, "note": text}
+    (tmp_path / "a.png").write_bytes(b"")
+    whole = pages.document(text, [table, page.ledger([row]), _picture(tmp_path / "a.png", text)])
+    assert text not in whole and whole.count(markupsafe.escape(text)) >= 12
+
+
+def test_a_fact_that_is_missing_is_an_error():
+    with pytest.raises(jinja2.UndefinedError, match="rows"):
+        page.render(page.PARTS, "table", head=["x"])
 
 
 def test_a_ledger_in_words():
