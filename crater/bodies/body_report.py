@@ -39,22 +39,15 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
     after, when, seen = STAGES[last.stage], readable.clock(last.time), last.seen
     beta = (readable.number(float(value), 3) for value in seen.moved.vector @ seen.shape.placed.turn)
     return page.render(
-        "crater/bodies/templates/body_report.html.j2",
-        "section",
-        after=after,
-        when=when,
-        kind=WORDS[last.kind],
-        reason=last.reason,
+        "crater/bodies/templates/body_report.html.j2", "section",
+        after=after, when=when, kind=WORDS[last.kind], reason=last.reason,
         labels=[(STAGES[stage.stage], readable.clock(stage.time)) for stage in stages],
         pairs=[[BY_NAME[name].words, *_cells(name, last)] for name in PAIRS],
         singles=[[BY_NAME[name].words, *(_cells(name, stage)[0] for stage in stages)] for name in SINGLES],
-        noise=readable.number(seen.chart.noise, 2),
-        beta=", ".join(beta),
+        noise=readable.number(seen.chart.noise, 2), beta=", ".join(beta),
         view=body_view.of_stage(last, f"The body after {after} ({when})"),
-        heights=out / body_plot.HEIGHTS,
-        outlines=out / body_plot.OUTLINES,
-        resurfaced=out / body_plot.RESURFACED,
-    )
+        heights=out / body_plot.HEIGHTS, outlines=out / body_plot.OUTLINES, resurfaced=out / body_plot.RESURFACED,
+    )  # fmt: skip
 
 
 def _cells(name: str, stage: BodyStage) -> list[str]:

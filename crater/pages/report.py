@@ -53,29 +53,17 @@ def write(findings: Findings, out: Path) -> None:
     near_plane = findings.setting.shape is None
     momentum = findings.setting.event.mass * findings.settings.impact.speed
     text = page.render(
-        "crater/pages/templates/report.html.j2",
-        headline=headline(findings),
-        title=page.heading(findings.inputs, f"Crater: {_title(findings)}"),
-        without_pictures=drawing.note(),
-        summary=_summary(findings),
-        soundness=findings.soundness,
-        measured=_measured(findings),
-        ground=cloud.GROUND,
-        chain_error=_chain_words(findings),
-        handed_over=_handed_over(findings),
-        body=of_body.section(findings.body, out),
-        published=_published(findings),
-        scaling=_scaling(findings),
-        near_plane=near_plane,
-        at_rest=_at_rest(findings),
+        "crater/pages/templates/report.html.j2", headline=headline(findings), out=out,
+        title=page.heading(findings.inputs, f"Crater: {_title(findings)}"), without_pictures=drawing.note(),
+        summary=_summary(findings), soundness=findings.soundness, measured=_measured(findings), ground=cloud.GROUND,
+        chain_error=_chain_words(findings), handed_over=_handed_over(findings),
+        body=of_body.section(findings.body, out), published=_published(findings), scaling=_scaling(findings),
+        near_plane=near_plane, at_rest=_at_rest(findings), last=last, when=when,
         block=block_view.of_findings(findings, f"{last} ({when})") if near_plane else "",
-        last=last,
-        when=when,
         ejected_at=readable.clock(ejected["time_s"]) if ejected else "",
         matter=report_matter.all_parts(findings, out),
         evidence=report_evidence.all_parts(findings.inputs, momentum, _lever(findings)),
-        out=out,
-    )
+    )  # fmt: skip
     archive.write_text(out / "report.html", text)
 
 
@@ -280,11 +268,8 @@ def _scaling(findings: Findings) -> dict[str, Any]:
         if ours is not None and ours.measures is not None
         else ""
     )
+    ends = dict(zip(("low", "high", "least", "most"), (readable.amount(size, "m", 3) for size in sizes)))
     return {
-        "rows": rows,
-        "named": f"{', '.join(named[:-1])} and {named[-1]}",
-        **{name: readable.amount(size, "m", 3) for name, size in zip(("low", "high", "least", "most"), sizes)},
-        "factor": f"{sizes[3] / sizes[2]:.1f}",
-        "here": here,
-        "growth": readable.clock(found["formation_time_s"]),
-    }
+        "rows": rows, "named": f"{', '.join(named[:-1])} and {named[-1]}", **ends, "here": here,
+        "factor": f"{sizes[3] / sizes[2]:.1f}", "growth": readable.clock(found["formation_time_s"]),
+    }  # fmt: skip

@@ -63,13 +63,8 @@ def steps(run: Path) -> str:
         facts = archive.read_json(grains)
         if "time_step_s" in facts:
             step = readable.clock(float(facts["time_step_s"]))
-            rows.append(
-                [
-                    f"grains: a fixed fraction of the contact time ({step})",
-                    readable.number(float(facts.get("steps", 0))),
-                    "100%",
-                ]
-            )
+            count = readable.number(float(facts.get("steps", 0)))
+            rows.append([f"grains: a fixed fraction of the contact time ({step})", count, "100%"])
     head = ["limit", "steps", "share"]
     return page.render(TEMPLATE, "section", title="What limited the time step", head=head, rows=rows) if rows else ""
 
@@ -80,42 +75,24 @@ def provenance(path: Path) -> str:
         return ""
     facts = archive.read_json(path)
     program, case = facts.get("distribution", {}), facts.get("case", {})
-    lines = [
-        (
-            "program",
-            f"{program.get('name', '')} {program.get('version', '')}, commit {program.get('commit', 'unknown')}",
-        )
-    ]
-    if program.get("uncommitted_changes"):
-        lines.append(("", "with uncommitted changes"))
     name = "/".join(Path(str(case.get("file", ""))).parts[-2:])
-    lines.append(("case", f"{name}, preset {case.get('preset') or '-'}, SHA-256 {str(case.get('sha256', ''))[:16]}"))
-    if case.get("overrides"):
-        lines.append(("overrides", ", ".join(map(str, case["overrides"]))))
-    if case.get("from_elsewhere"):
-        lines.append(
-            (
-                "from elsewhere",
-                ", ".join(f"{key}: {page.local(value)}" for key, value in case["from_elsewhere"].items()),
-            )
-        )
-    lines.append(("libraries", ", ".join(f"{key} {value}" for key, value in facts.get("libraries", {}).items())))
-    lines.append(
-        (
-            "sources (SHA-256)",
-            ", ".join(f"{key} {str(value)[:10]}" for key, value in facts.get("sources_sha256", {}).items()),
-        )
-    )
+    commit, outside = program.get("commit", "unknown"), case.get("from_elsewhere") or {}
+    lines = [
+        ("program", f"{program.get('name', '')} {program.get('version', '')}, commit {commit}"),
+        ("", "with uncommitted changes" if program.get("uncommitted_changes") else ""),
+        ("case", f"{name}, preset {case.get('preset') or '-'}, SHA-256 {str(case.get('sha256', ''))[:16]}"),
+        ("overrides", ", ".join(map(str, case.get("overrides") or ()))),
+        ("from elsewhere", ", ".join(f"{key}: {page.local(value)}" for key, value in outside.items())),
+        ("libraries", ", ".join(f"{key} {value}" for key, value in facts.get("libraries", {}).items())),
+        ("sources (SHA-256)", ", ".join(f"{k} {str(v)[:10]}" for k, v in facts.get("sources_sha256", {}).items())),
+    ]
     for session in facts.get("sessions", []):
         command = " ".join(page.local(word) for word in session.get("command", []))
         memory = float(session.get("memory_bytes", 0)) / 2**30
-        lines.append(
-            (
-                f"session {session.get('started_at', '')}",
-                f"{command}; {session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB",
-            )
-        )
-    return page.render(TEMPLATE, "section", title="Provenance", rows=lines, notes=(1,))
+        machine = f"{session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB"
+        lines.append((f"session {session.get('started_at', '')}", f"{command}; {machine}"))
+    rows = [line for line in lines if line[1]]
+    return page.render(TEMPLATE, "section", title="Provenance", rows=rows, notes=(1,))
 
 
 def references(path: Path) -> str:
@@ -128,14 +105,8 @@ def references(path: Path) -> str:
         if author:
             names = [name.split(",")[0] for name in author.split(" and ")]
             who = names[0] + (f" & {names[1]}" if len(names) == 2 else " et al." if len(names) > 2 else "")
-            where = " ".join(
-                part
-                for part in (
-                    _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school"),
-                    _field(entry, "volume"),
-                )
-                if part
-            )
+            place = _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school")
+            where = f"{place} {_field(entry, 'volume')}".strip()
             items.append(f"{who} {year}: {title}. {where}".strip())
     return page.render(TEMPLATE, "references", entries=items) if items else ""
 
@@ -147,17 +118,9 @@ def _field(entry: str, name: str) -> str:
         return ""
     text = match.group(1)
     accents = {
-        r"\"a": "ä",
-        r"\"o": "ö",
-        r"\"u": "ü",
-        r"\'e": "é",
-        r"\'a": "á",
-        r"\`e": "è",
-        r"\c c": "ç",
-        r"\~n": "ñ",
-        r"\v s": "š",
-        r"\v c": "č",
-    }
+        r"\"a": "ä", r"\"o": "ö", r"\"u": "ü", r"\'e": "é", r"\'a": "á", r"\`e": "è", r"\c c": "ç", r"\~n": "ñ",
+        r"\v s": "š", r"\v c": "č",
+    }  # fmt: skip
     for mark, letter in accents.items():
         text = text.replace("{" + mark + "}", letter).replace(mark, letter)
     return re.sub(r"[{}]", "", text).replace("--", "–").replace("~", " ")

@@ -41,13 +41,11 @@ def molten(facts: Mapping[str, Any]) -> str:
         return ""
     keys = [key for key in phases.WORDS if any(key in part["pressures_Pa"] for part in parts)]
     return page.render(
-        TEMPLATE,
-        "molten",
-        keys=[phases.WORDS[key] for key in keys],
+        TEMPLATE, "molten", keys=[phases.WORDS[key] for key in keys],
         rows=[[_name(part), *(_cell(part, key) for key in keys)] for part in parts],
         notes=list(dict.fromkeys(f"{part['material']}: {part['source']}." for part in parts)),
         not_known_of=facts.get("not_known_of", []),
-    )
+    )  # fmt: skip
 
 
 def _name(part: Mapping[str, Any]) -> str:
@@ -209,15 +207,9 @@ def settled(facts: Mapping[str, Any], out: Path) -> str:
         for name, zone in zones.items()
     ]
     return page.render(
-        TEMPLATE,
-        "settled",
-        fractions=[settled_matter.FRACTIONS[field] for field in fractions],
-        rows=rows,
-        radius=readable.length(facts["radius_m"]),
-        rim=_order(facts["rim"], "grains"),
-        molten=_molten_grains(facts),
-        out=out,
-    )
+        TEMPLATE, "settled", fractions=[settled_matter.FRACTIONS[field] for field in fractions], rows=rows, out=out,
+        radius=readable.length(facts["radius_m"]), rim=_order(facts["rim"], "grains"), molten=_molten_grains(facts),
+    )  # fmt: skip
 
 
 def _molten_grains(facts: Mapping[str, Any]) -> str:

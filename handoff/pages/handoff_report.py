@@ -126,17 +126,11 @@ def whole_page(run: Path, book: ledgers.Ledger, record: dict, folder: Path, furt
     first, *others = headline(book, run / SERIES)
     return page.render(
         "handoff/pages/templates/handoff_report.html.j2",
-        headline=first,
-        title=page.heading(run, "Handoff: from shock physics to grains"),
-        without_pictures=drawing.note(),
-        pictures=[(folder / name, caption) for name, caption in _PICTURES],
-        further=others,
-        record=record,
-        ledger=page.ledger(book.rows),
-        methods=_methods(record),
-        grain_steps=readable.number(direct.GRAIN_STEPS_PER_S),
-        sensitivity=_sensitivity(further) if further else {},
-    )
+        headline=first, further=others, title=page.heading(run, "Handoff: from shock physics to grains"),
+        pictures=[(folder / name, caption) for name, caption in _PICTURES], without_pictures=drawing.note(),
+        record=record, ledger=page.ledger(book.rows), methods=_methods(record),
+        grain_steps=readable.number(direct.GRAIN_STEPS_PER_S), sensitivity=_sensitivity(further) if further else {},
+    )  # fmt: skip
 
 
 def _sensitivity(comparison: dict) -> dict[str, Any]:
@@ -145,14 +139,8 @@ def _sensitivity(comparison: dict) -> dict[str, Any]:
         **{name: BY_NAME[name].noun for name in RATIOS if UNITS[name] == "m"},
         "dem_depth_most_m": "largest depth",
     }
-    head = [
-        "variant",
-        "handed over at",
-        "speed limit",
-        "alpha [spacings]",
-        *(word for name in names.values() for word in (name, "change")),
-        "rms of profiles",
-    ]
+    changes = [word for name in names.values() for word in (name, "change")]
+    head = ["variant", "handed over at", "speed limit", "alpha [spacings]", *changes, "rms of profiles"]
     rows = []
     for variant, row in comparison["rows"].items():
         cells = [text for key in names for text in (_amount(row[key], "m"), _change(row[f"{key}_change"]))]

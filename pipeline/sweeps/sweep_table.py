@@ -143,21 +143,17 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
         if "/" in name and not name.endswith(_SIGMA) and not name.startswith(_LAW) and not _deep(name)
     ]
     case = next(iter(sweep.requests.values())).case
+    title = f"Sweep {sweep.name}" if "case" in given else f"Sweep of {case.title}"
     return page.render(
-        "pipeline/sweeps/templates/sweep_table.html.j2",
-        headline=_headline(done, len(rows)),
-        title=f"Sweep {sweep.name}" if "case" in given else f"Sweep of {case.title}",
-        without_pictures=drawing.note(),
-        pictures=files,
-        named=sweep.named,
+        "pipeline/sweeps/templates/sweep_table.html.j2", headline=_headline(done, len(rows)), title=title,
+        without_pictures=drawing.note(), pictures=files, named=sweep.named,
         head=["member", "state", *given, *map(_meaning, measured)],
         rows=[
-            [row["member"], row["state"]]
-            + ["–" if row[key] is None else str(row[key]) for key in given]
+            [row["member"], row["state"], *("–" if row[key] is None else str(row[key]) for key in given)]
             + [_measured(row, name) or "–" for name in measured]
             for row in rows
         ],
-    )
+    )  # fmt: skip
 
 
 def _headline(done: Sequence[Row], count: int) -> str:
