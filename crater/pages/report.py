@@ -78,10 +78,10 @@ def headline(findings: Findings) -> str:
     if findings.body:
         body = findings.body[-1]
         hollow = body.kind in ("crater", "not resolved")
-        said = f"{_capital(of_body.WORDS[body.kind])}: {said if hollow else of_body.headline(body)}"
+        said = f"{of_body.WORDS[body.kind]}: {said if hollow else of_body.headline(body)}"
     count = len(findings.soundness.get("cautions", ()))
     verdict = "NOT RESOLVED: " if "not_resolved" in findings.soundness else ""
-    return f"{verdict}{said}; {count or 'no'} caution{'' if count == 1 else 's'}"
+    return f"{_capital(verdict + said)}; {count or 'no'} caution{'' if count == 1 else 's'}"
 
 
 def _last(findings: Findings) -> str:

@@ -39,9 +39,13 @@ def _headline(monkeypatch, diameter=D, title="final", cautions=(), kind=None, me
         ),
         (
             {"diameter": Quantity(None, None, "m", "no hollow")},
-            "no D (no hollow), depth 21.7 ± 1.5 m, settled; no cautions",
+            "No D (no hollow), depth 21.7 ± 1.5 m, settled; no cautions",
         ),
-        ({"measured": False}, "no crater was measured; no cautions"),
+        ({"measured": False}, "No crater was measured; no cautions"),
+        (
+            {"kind": "crater", "not_resolved": "few"},
+            "NOT RESOLVED: a crater: D = 106.0 ± 3.1 m, depth 21.7 ± 1.5 m, settled; no cautions",
+        ),
         ({"kind": "crater"}, "A crater: D = 106.0 ± 3.1 m, depth 21.7 ± 1.5 m, settled; no cautions"),
         (
             {"kind": "reshaped"},
