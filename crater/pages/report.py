@@ -234,7 +234,8 @@ def _measure_cell(measures: Measures | None, name: str, reasons: list[str]) -> s
 
 
 def _published(findings: Findings) -> list[list[str | page.Cell]]:
-    rows = []
+    """Published numbers, ours beside them, whether they are met, and their source."""
+    rows: list[list[str | page.Cell]] = []
     for row in findings.compared.reference:
         ours = Quantity(row["ours"]["value"], row["ours"]["sigma"], row["unit"], row["ours"].get("reason", ""))
         word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "not_measured")}[

@@ -105,8 +105,8 @@ def references(path: Path) -> str:
         if author:
             names = [name.split(",")[0] for name in author.split(" and ")]
             who = names[0] + (f" & {names[1]}" if len(names) == 2 else " et al." if len(names) > 2 else "")
-            place = _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school")
-            where = f"{place} {_field(entry, 'volume')}".strip()
+            journal = _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school")
+            where = f"{journal} {_field(entry, 'volume')}".strip()
             items.append(f"{who} {year}: {title}. {where}".strip())
     return page.render(TEMPLATE, "references", entries=items) if items else ""
 
