@@ -157,8 +157,9 @@ class Run:
     def _repr_html_(self) -> str:
         from matter.wording import page
 
-        picture = page.picture(self.folder / "6_crater" / "profile.png", "Radial profile")
-        return f"<p><b>{page.escape(self.folder.name)}</b>: {page.escape(self._sentence())}</p>{picture}"
+        name, profile = self.folder.name, self.folder / "6_crater" / "profile.png"
+        template = "bolide/templates/run.html.j2"
+        return page.render(template, "shown", name=name, words=self._sentence(), profile=profile)
 
     def _sentence(self) -> str:
         """Diameter and depth of each measured crater."""

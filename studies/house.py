@@ -13,6 +13,7 @@ lines        functions of more than 60 and 100 lines, with their docstrings; a f
 flat         files that lie in a room and in none of its folders, ``__init__`` apart.
 names        names of modules that more than one file has, ``__init__`` and ``__main__`` apart.
 lines        of Python in the rooms, in kilolines.
+tags         texts of Python that hold a tag of HTML.
 wide lines   lines of 120 characters or more in any of these files, and in the tests.
 circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and
              under ``TYPE_CHECKING`` included.
@@ -64,6 +65,12 @@ BANNED = frozenset(
     + ("heads", "standing", "anew", "make_anew", "to_make_anew", "held_pull", "loosened")
 )
 """Words of no field: position, folder or index; fraction; and what each stands for."""
+TAG = re.compile(
+    r"<!doctype|</?(?:a|b|body|br|button|canvas|code|div|em|fig\w+|h[1-6r]|head|html|i|img|input|label|li|link|meta|ol"
+    r"|option|p|pre|script|section|select|small|span|strong|style|su[bp]|svg|t[dhr]|table|tbody|thead|title|ul)[\s>/]"
+    r"|&(?:\w+|#\d+);",
+    re.IGNORECASE,
+)
 KEYS_OF_CASES = {
     "share": ("matter/case/body.py", "sph/bodies/projectile.py"),
     "loosened": ("handoff/source/cloud_surface.py", "handoff/transfer/ejecta.py", "handoff/transfer/transfer.py"),
@@ -133,6 +140,19 @@ def wide_lines(root: Path) -> list[str]:
         for number, line in enumerate(lines, 1)
         if len(said.sub("", line)) > WIDEST_LINE
     ]
+
+
+def tags_in_python(root: Path) -> list[str]:
+    """``file:line`` of texts in the rooms, docstrings apart, that hold a tag or an entity of HTML: those stand in
+    templates."""
+    found = []
+    for path in sorted(path for room in (*ROOMS, "bolide") for path in (root / room).rglob("*.py")):
+        nodes = list(ast.walk(ast.parse(path.read_text())))
+        said = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
+        for node in nodes:
+            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in said:
+                found += [(path.relative_to(root).as_posix(), node.lineno)] if TAG.search(node.value) else []
+    return [f"{name}:{line}" for name, line in sorted(found)]
 
 
 def banned_names(root: Path) -> list[str]:
@@ -283,6 +303,7 @@ def count(root: Path) -> dict[str, list[str]]:
         "names that more than one module has": shared_names(root),
         "lines of Python in the rooms / 1000": ["x"] * (sum(map(len, sources(root, ROOMS).values())) // 1000),
         f"lines of more than {WIDEST_LINE} characters": wide_lines(root),
+        "tags of HTML in Python": tags_in_python(root),
         "circles of imports": circles(imports(house)),
         "  modules in them": [module for ring in circles(imports(house)) for module in ring.split(", ")],
     }

@@ -9,7 +9,6 @@ from typing import Any
 from crater.bodies import body_plot, body_view
 from crater.bodies.body_findings import BodyStage
 from crater.bodies.seen import Pair
-from crater.measures.uncertainty import Quantity
 from matter.wording import page, readable
 from matter.wording.body_measures import BY_NAME, PAIRS, SINGLES, TABLE
 
@@ -22,57 +21,42 @@ WORDS = {
 }
 
 
+HEADED = {"axis_ratio_a_over_c": "a / c", "height_change_rms_m": "RMS change of height", "beta_normal": "beta"}
+"""Measures in the headline of a body, with short names."""
+
+
+def headline(body: BodyStage) -> str:
+    """The main numbers of a body that shows no crater: those that are known."""
+    cells = {words: _cells(name, body)[:2] for name, words in HEADED.items()}
+    return ", ".join(f"{words} {' → '.join(cell)}" for words, cell in cells.items() if not cell[-1].startswith("("))
+
+
 def section(stages: Sequence[BodyStage], out: Path) -> str:
     """What became of the body; empty on other ground."""
     if not stages:
         return ""
     last = stages[-1]
-    labels = [f"{STAGES[stage.stage]}<br>({page.escape(readable.clock(stage.time))})" for stage in stages]
-    pairs = [[BY_NAME[name].words, *_three(last.measures[name])] for name in PAIRS]
-    singles = [
-        [BY_NAME[name].words, *(page.escape(_shown(stage.measures[name])) for stage in stages)] for name in SINGLES
+    after, when, seen = STAGES[last.stage], readable.clock(last.time), last.seen
+    beta = (readable.number(float(value), 3) for value in seen.moved.vector @ seen.shape.placed.turn)
+    return page.render(
+        "crater/bodies/templates/body_report.html.j2", "section",
+        after=after, when=when, kind=WORDS[last.kind], reason=last.reason,
+        labels=[(STAGES[stage.stage], readable.clock(stage.time)) for stage in stages],
+        pairs=[[BY_NAME[name].words, *_cells(name, last)] for name in PAIRS],
+        singles=[[BY_NAME[name].words, *(_cells(name, stage)[0] for stage in stages)] for name in SINGLES],
+        noise=readable.number(seen.chart.noise, 2), beta=", ".join(beta),
+        view=body_view.of_stage(last, f"The body after {after} ({when})"),
+        heights=out / body_plot.HEIGHTS, outlines=out / body_plot.OUTLINES, resurfaced=out / body_plot.RESURFACED,
+    )  # fmt: skip
+
+
+def _cells(name: str, stage: BodyStage) -> list[str]:
+    """A measure as text: its value, or those before, after and their difference; the reason where there is none."""
+    entry = stage.measures[name]
+    return [
+        f"({part.reason})" if part.value is None else readable.measured(part.value, part.sigma, part.unit)
+        for part in (entry if isinstance(entry, Pair) else [entry])
     ]
-    noise = readable.number(last.seen.chart.noise, 2)
-    turn = last.seen.shape.placed.turn
-    beta = ", ".join(readable.number(float(value), 3) for value in last.seen.moved.vector @ turn)
-    when = readable.clock(last.time)
-    return "".join(
-        [
-            f"<h2>The body</h2><p>After {page.escape(STAGES[last.stage])}, {page.escape(when)}: "
-            f"<b>{page.escape(WORDS[last.kind])}</b> ({page.escape(last.reason)}).</p>",
-            page.table(["", "before", "after", "change"], pairs),
-            page.table(["", *labels], singles),
-            "<p class=note>The body is the largest group of particles that touch. Axes are those of the even "
-            "ellipsoid of its inertia; before and after are of the same particles, so that a change is known better "
-            f"than either. The ground of the particles departs from the shape that they fill by {noise} spacings. The "
-            f"momentum that stays over the projectile's, in the body's own frame (x, y, z): ({beta}).</p>",
-            body_view.of_stage(last, f"The body after {STAGES[last.stage]} ({when})"),
-            page.picture(
-                out / body_plot.HEIGHTS,
-                f"Height along the local normal at {when} less that before the impact, in the body's own frame.",
-            ),
-            page.picture(
-                out / body_plot.OUTLINES, "The ground before and after in three planes through the centre of mass."
-            ),
-            page.picture(
-                out / body_plot.RESURFACED,
-                "Depth to which the surface is resurfaced: down to the highest particle that neither went nor moved "
-                "by more than a spacing.",
-            ),
-        ]
-    )
-
-
-def _three(entry: Quantity | Pair) -> list[str]:
-    assert isinstance(entry, Pair)
-    return [page.escape(_shown(cell)) for cell in entry]
-
-
-def _shown(entry: Quantity | Pair) -> str:
-    assert isinstance(entry, Quantity)
-    if entry.value is None:
-        return f"({entry.reason})"
-    return readable.measured(entry.value, entry.sigma, entry.unit)
 
 
 def body_lines(body: Mapping[str, Any]) -> list[str]:

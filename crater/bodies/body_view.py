@@ -76,15 +76,8 @@ def html(content: Mapping[str, Any], title: str) -> str:
         "the body's own frame, on which it turned before; red line: the site of the impact. Drag to turn, scroll or "
         "pinch to zoom, double-click to reset."
     )
-    controls = (
-        "<label>colour <select id=body-colour><option value=change>change of height</option><option "
-        "value=anew>resurfaced depth</option></select></label>"
-        "<label><input type=checkbox id=body-after checked> after the impact</label>"
-        "<label>change × <select "
-        "id=body-stretch><option>1</option><option>2</option><option>4</option></select></label>"
-    )
     facts = {**content, "scale": scale, "unit": unit}
-    return turning_view.html("body", controls, "interactive view of the body", words, facts, Path(__file__))
+    return turning_view.render("crater/bodies/templates/body_view.html.j2", words, facts, Path(__file__))
 
 
 def coarsened(stage: BodyStage) -> HeightMap:

@@ -20,21 +20,16 @@ COLOURS = 254
 """Colours of a map; bytes from here on stand for what has none."""
 
 
-def html(name: str, controls: str, label: str, words: str, facts: Mapping[str, Any], module: Path) -> str:
-    """The scene ``name`` with its data: hidden until its own script, which lies beside ``module``, finds WebGL.
+def render(template: str, words: str, facts: Mapping[str, Any], module: Path) -> str:
+    """The scene of a ``template`` with its data: hidden until its own script, which lies beside ``module``, finds
+    WebGL.
 
-    ``controls``: HTML of what the reader chooses, each with the id ``name``-...; ``label`` for readers who see
-    nothing; ``words`` below the picture; ``facts``: what the script reads, with ``colours`` and the ``unit`` of its
+    ``words`` stand below the picture; ``facts``: what the script reads, with ``colours`` and the ``unit`` of its
     legend.
     """
     script = Path(__file__).with_suffix(".js").read_text() + module.with_suffix(".js").read_text()
-    text = archive.json_text(facts, separators=(",", ":"))
-    return (
-        f"<figure class=live id={name} hidden><div class=live-bar>{controls}<span id={name}-key></span></div>"
-        f"<canvas id={name}-canvas aria-label='{page.escape(label)}'></canvas>"
-        f"<figcaption>{page.escape(words)}</figcaption></figure>\n"
-        f"<script type='application/json' id={name}-data>{text}</script>\n<script>\n{script}</script>"
-    )
+    data = archive.json_text(facts, separators=(",", ":"))
+    return page.render(template, "view", words=words, data=data, script=script)
 
 
 def text(array: np.ndarray) -> str:

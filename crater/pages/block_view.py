@@ -105,15 +105,8 @@ def html(content: Mapping[str, Any], title: str = "The crater") -> str:
         "nearest particle "
         "(grey: unknown, as for ejecta). Drag to turn, scroll or pinch to zoom, double-click to reset."
     )
-    controls = (
-        "<label>surface <select id=block-colour><option value=origin>depth of origin</option><option "
-        "value=height>height</option></select></label>"
-        "<label><input type=checkbox id=block-cut checked> cut open</label>"
-        "<label>heights × <select "
-        "id=block-stretch><option>1</option><option>2</option><option>4</option></select></label>"
-    )
     facts = {**content, "scale": scale, "unit": unit}
-    return turning_view.html("block", controls, "interactive view of the crater", words, facts, Path(__file__))
+    return turning_view.render("crater/pages/templates/block_view.html.j2", words, facts, Path(__file__))
 
 
 def _heights(measures: Measures, x: np.ndarray, y: np.ndarray) -> np.ndarray:

@@ -13,9 +13,12 @@ from matter.errors import InputError
 from matter.files import archive
 from matter.wording import page, readable
 
-OPENS, CLOSES = "<section id=flown>", "</section>"
-PLACE = OPENS + CLOSES
-"""Stands on the page where the section will be."""
+TEMPLATE = "crater/pages/templates/flown.html.j2"
+
+
+def slot(content: str = "") -> str:
+    """What stands on the page where the section will be, or around it."""
+    return page.render(TEMPLATE, "slot", content=content)
 
 
 def section(found: Mapping[str, Any]) -> str:
@@ -26,7 +29,7 @@ def section(found: Mapping[str, Any]) -> str:
         ends, both = found["ends"].get(name, {}), (mass, found["projectile_kg"][name])
         rows.append(
             [
-                page.escape(name),
+                name,
                 *(readable.amount(value, "kg", 3) if value else "none" for value in both),
                 _span(ends.get("time_s"), _long),
                 _span(ends.get("distance_m"), readable.length),
@@ -37,16 +40,8 @@ def section(found: Mapping[str, Any]) -> str:
         f"{word} {math.degrees(flown[key]):.4g} deg"
         for word, key in (("latitude", "latitude_rad"), ("longitude", "longitude_rad"), ("azimuth", "azimuth_rad"))
     )
-    closure = max(found["closure"], 1e-16)
-    return (
-        "<h2>Where the ejecta end among other bodies</h2>"
-        + page.table(["", "target", "projectile", "after the first contact", "from the impact point", "speed"], rows)
-        + f"<p class=note>{found['particles']} launches from {page.escape(flown['body'])}, "
-        f"followed for {_long(flown['duration_s'])} ({page.escape(way)}, seed {flown['seed']}): "
-        f"half of the mass, in brackets a tenth to nine tenths; the distance along the ground of a body that does not "
-        f"turn, the speed relative to the body that is hit. The masses add up to the catalogue's within {closure:.0e} "
-        "of it. By the command fly_ejecta, after the run.</p>"
-    )
+    duration, closure = _long(flown["duration_s"]), f"{max(found['closure'], 1e-16):.0e}"
+    return page.render(TEMPLATE, "section", found=found, rows=rows, duration=duration, way=way, closure=closure)
 
 
 def _long(seconds: float) -> str:
@@ -61,7 +56,7 @@ def _span(tenths: Sequence[float] | None, words: Callable[[float], str]) -> str:
     """Half, in brackets a tenth and nine tenths."""
     if not tenths:
         return ""
-    low, half, high = (page.escape(words(value)) for value in tenths)
+    low, half, high = map(words, tenths)
     return f"{half} ({low} to {high})"
 
 
@@ -72,10 +67,10 @@ def show(report: Path, found: Mapping[str, Any]) -> None:
     """
     if not report.is_file():
         raise InputError(f"{report} is missing: the fates are not on the page of the run")
-    text, whole = report.read_text(encoding="utf-8"), OPENS + section(found) + CLOSES
-    old = re.compile(re.escape(OPENS) + ".*?" + re.escape(CLOSES), re.DOTALL)
+    text, whole, end = report.read_text(encoding="utf-8"), slot(section(found)), page.render(page.PARTS, "end")
+    old = re.compile(re.escape(slot("|")).replace(r"\|", ".*?"), re.DOTALL)
     if old.search(text):
         text = old.sub(lambda _: whole, text, count=1)
     else:
-        text = text.replace("</body>", f"{whole}\n</body>", 1)
+        text = text.replace(end, f"{whole}\n{end}", 1)
     archive.write_text(report, text)

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import html
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -48,57 +48,40 @@ def as_text(measures: Measures) -> str:
 
 def write(findings: Findings, out: Path) -> None:
     """Write ``report.html``: everything inlined, readable on screen and on paper."""
-    last = _last(findings)
+    last, ejected = _last(findings), findings.ejected.faster_than
     when = readable.clock(findings.final.time) if findings.final is not None else ""
-    parts = [
-        _summary(findings),
-        drawing.note(),
-        page.picture(
-            out / "profile.png",
-            "Profiles: the mean of each ring; shaded: the 16th to 84th percentile of single columns over azimuth.",
-        ),
-        "<h2>Measures</h2>",
-        _measures_table(findings),
-        _handover_table(findings),
-        of_body.section(findings.body, out),
-        "<h2>Published numbers</h2>",
-        _published_table(findings),
-        _scaling_table(findings),
-        "<h2>In time</h2>",
-        page.picture(
-            out / "time_series.png",
-            "Errors: azimuth, resolution, method and datum in quadrature. Once the collapse has begun the diameter is "
-            "that of a wide trough.",
-        ),
-        "<h2>Cross-sections through the impact plane</h2>" if findings.setting.shape is None else "",
-        page.picture(out / "cross_section.png", "Particles within half a spacing of the plane y = 0, by material."),
-        page.picture(
-            out / "sections_in_time.png",
-            "The shock stage in time: material, damage, pressure (tension in the lowest colour) and the depth that "
-            "the matter came from.",
-        ),
-        page.picture(
-            out / "sections_grains.png",
-            "The grains in time: material, depth of origin (grey: arrived as ejecta) and speed.",
-        ),
-        f"<h2>{'The final crater' if _at_rest(findings) else 'The last snapshot'}</h2>",
-        block_view.of_findings(findings, f"{last} ({when})") if findings.setting.shape is None else "",
-        page.picture(
-            out / "heightmap.png",
-            f"{last}, seen from above at {when}: heights above the datum, distances from the crater's centre along "
-            f"it. "
-            "The dashed circle has the apparent diameter; the line is where the surface crosses the datum.",
-            narrow=True,
-        ),
-        _ejecta(findings, out),
-        *report_matter.all_parts(findings, out),
-        *report_evidence.all_parts(
-            findings.inputs, findings.setting.event.mass * findings.settings.impact.speed, _lever(findings)
-        ),
-    ]
-    archive.write_text(
-        out / "report.html", page.document(page.heading(findings.inputs, f"Crater: {_title(findings)}"), parts)
-    )
+    near_plane = findings.setting.shape is None
+    momentum = findings.setting.event.mass * findings.settings.impact.speed
+    text = page.render(
+        "crater/pages/templates/report.html.j2", headline=headline(findings), out=out,
+        title=page.heading(findings.inputs, f"Crater: {_title(findings)}"), without_pictures=drawing.note(),
+        summary=_summary(findings), soundness=findings.soundness, measured=_measured(findings), ground=cloud.GROUND,
+        chain_error=_chain_words(findings), handed_over=_handed_over(findings),
+        body=of_body.section(findings.body, out), published=_published(findings), scaling=_scaling(findings),
+        near_plane=near_plane, at_rest=_at_rest(findings), last=last, when=when,
+        block=block_view.of_findings(findings, f"{last} ({when})") if near_plane else "",
+        ejected_at=readable.clock(ejected["time_s"]) if ejected else "",
+        matter=report_matter.all_parts(findings, out),
+        evidence=report_evidence.all_parts(findings.inputs, momentum, _lever(findings)),
+    )  # fmt: skip
+    archive.write_text(out / "report.html", text)
+
+
+def headline(findings: Findings) -> str:
+    """The last crater in one line: diameter at the datum, depth, whether it is at rest, how many cautions; of a body
+    also what the impact left of it."""
+    said = "no crater was measured"
+    if held := columns(findings):
+        label, m = held[-1]
+        state = "settled" if label.title == "final" else label.title
+        said = f"{_in_words('D', m['diameter_apparent_m'], ' =')}, {_in_words('depth', m['depth_m'])}, {state}"
+    if findings.body:
+        body = findings.body[-1]
+        hollow = body.kind in ("crater", "not resolved")
+        said = f"{of_body.WORDS[body.kind]}: {said if hollow else of_body.headline(body)}"
+    count = len(findings.soundness.get("cautions", ()))
+    verdict = "NOT RESOLVED: " if "not_resolved" in findings.soundness else ""
+    return f"{_capital(verdict + said)}; {count or 'no'} caution{'' if count == 1 else 's'}"
 
 
 def _last(findings: Findings) -> str:
@@ -125,25 +108,6 @@ def _lever(findings: Findings) -> tuple[float, str]:
     return findings.settings.impact.projectile.radius, "its radius"
 
 
-def _ejecta(findings: Findings, out: Path) -> str:
-    if not (out / "ejecta.png").is_file():
-        return ""
-    when = f"{readable.clock(findings.ejected.faster_than['time_s'])}"
-    words = (
-        f"Target mass above the datum, not part of the ground and rising, faster than v, at {when}; the laws are for "
-        f"vertical impacts into half-spaces."
-    )
-    where = (
-        "Speed and angle at the level of the ground against the launch position (medians); dotted: the apparent "
-        "radius."
-    )
-    return (
-        "<h2>Ejecta</h2>"
-        + page.picture(out / "ejecta.png", words, narrow=True)
-        + (page.picture(out / "launch.png", where, narrow=True) if findings.ejected.launch else "")
-    )
-
-
 def _title(findings: Findings) -> str:
     impact = findings.settings.impact
     return (
@@ -153,14 +117,14 @@ def _title(findings: Findings) -> str:
     )
 
 
-def _summary(findings: Findings) -> str:
+def _summary(findings: Findings) -> list[str]:
     lines = [
-        f"{_capital(label.title)} ({page.escape(label.when)}): "
-        f"{_in_words('apparent diameter', m['diameter_apparent_m'])}, {_in_words('depth', m['depth_m'])}."
+        f"{_capital(label.title)} ({label.when}): {_in_words('apparent diameter D', m['diameter_apparent_m'], ' =')}, "
+        f"{_in_words('depth', m['depth_m'])}."
         for label, m in columns(findings, ("depth", "volume"))
     ]
     if findings.final is not None and not findings.final.rest.settled:
-        lines.append(f"The last snapshot is no final crater: {page.escape(findings.final.rest.reason)}.")
+        lines.append(f"The last snapshot is no final crater: {findings.final.rest.reason}.")
     if findings.ballistic is not None:
         lines.append(_ballistic_words(findings))
     if findings.compared.late_difference:
@@ -168,35 +132,19 @@ def _summary(findings: Findings) -> str:
     if lost := findings.ejected.leaving:
         lines.append(
             f"Mass that escapes, at the end of the shock stage: {readable.amount(lost['target_mass_kg'], 'kg', 3)} of "
-            f"the target and "
-            f"{readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum enhancement &beta; = "
-            f"{lost['beta']:.3f}: the momentum that "
-            "the body keeps over that of the projectile, along its flight."
+            f"the target and {readable.amount(lost['projectile_mass_kg'], 'kg', 3)} of the projectile. Momentum "
+            f"enhancement β = {lost['beta']:.3f}: the momentum that the body keeps over that of the projectile, along "
+            f"its flight."
         )
-    lines += [f"{page.escape(key)}: {page.escape(reason)}." for key, reason in findings.reasons.items()]
-    cautions = [
-        f"<b class=waived>Caution:</b> {page.escape(words)}." for words in findings.soundness.get("cautions", ())
-    ]
-    verdict = findings.soundness.get("not_resolved")
-    return (
-        (f"<p><b class=fail>NOT RESOLVED</b>: {page.escape(verdict)}.</p>" if verdict else "")
-        + "<p>"
-        + "<br>".join(lines)
-        + "</p>"
-        + ("<p class=note>" + "<br>".join(cautions) + "</p>" if cautions else "")
-    )
+    return lines + [f"{key}: {reason}." for key, reason in findings.reasons.items()]
 
 
-def _in_words(name: str, quantity: Quantity) -> str:
-    return (
-        f"{name} {page.escape(shown(quantity))}"
-        if quantity.value is not None
-        else f"no {name} {page.escape(shown(quantity))}"
-    )
+def _in_words(name: str, quantity: Quantity, equals: str = "") -> str:
+    return f"no {name} {shown(quantity)}" if quantity.value is None else f"{name}{equals} {shown(quantity)}"
 
 
 def _capital(text: str) -> str:
-    return page.escape(text[:1].upper() + text[1:])
+    return text[:1].upper() + text[1:]
 
 
 def _late_sentence(findings: Findings) -> str:
@@ -208,9 +156,9 @@ def _late_sentence(findings: Findings) -> str:
     ratio = d["depth_m"]["sph_over_dem"]
     over = f", a ratio of {ratio:.2f}" if ratio is not None else ""
     return (
-        f"The two late stages, which differ in method and in rheology: depth {page.escape(shown(shock['depth_m']))} "
+        f"The two late stages, which differ in method and in rheology: depth {shown(shock['depth_m'])} "
         f"in SPH "
-        f"({readable.clock(late.time)}) against {page.escape(shown(grains['depth_m']))} in grains "
+        f"({readable.clock(late.time)}) against {shown(grains['depth_m'])} in grains "
         f"({readable.clock(last.time)}){over}. "
         f"Inside {readable.length(d['inside_m'])} (1.5 rim radii of the larger crater) their profiles differ by "
         f"{readable.length(d['rms_inside_m'])} RMS, "
@@ -236,35 +184,26 @@ def _ballistic_words(findings: Findings) -> str:
         "neither collapse nor compaction): "
         f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume "
         f"{shown(m.get('volume_m3'))}. "
-        + html.escape(ballistic.words(flown, final, f"{_named(findings)} ({last.origin if last is not None else ''})"))
+        + ballistic.words(flown, final, f"{_named(findings)} ({last.origin if last is not None else ''})")
     )
 
 
-def _measures_table(findings: Findings) -> str:
+def _measured(findings: Findings) -> dict[str, Any]:
+    """Head and rows of the table of measures, with the reasons for those that are missing; empty where nothing was
+    measured."""
     held = columns(findings)
-    if not held:
-        return "<p>Nothing could be measured.</p>"
     reasons: list[str] = []
     rows = [[row.words, *(_measure_cell(measures, row.name, reasons) for _, measures in held)] for row in TABLE]
-    notes = "".join(f"<br>({k + 1}) {page.escape(reason)}" for k, reason in enumerate(reasons))
-    titles = [f"{page.escape(label.title)}<br>({page.escape(label.when)})" for label, _ in held]
-    return (
-        page.table(["", *titles], rows)
-        + f"<p class=note>{cloud.GROUND} Errors are one standard deviation; {_chain_words(findings)}.{notes}</p>"
-    )
+    head = ["", *((label.title, label.when) for label, _ in held)]
+    return {"head": head, "rows": rows, "reasons": reasons} if held else {}
 
 
-def _handover_table(findings: Findings) -> str:
+def _handed_over(findings: Findings) -> dict[str, Any]:
     """The crater right before and right after the handover; empty where it is not known."""
     before, after = findings.handed_over
-    rows = [
-        [BY_NAME[name].words, *(page.escape(shown(entry)) for entry in row)]
-        for name, row in handover.changes(before, after).items()
-    ]
-    if not rows or after is None:
-        return ""
-    heads_of = ["", "before, SPH", "after, grains", "change"]
-    return f"<h3>The handover, {readable.clock(after.time)}</h3>" + page.table(heads_of, rows)
+    changes = handover.changes(before, after)
+    rows = [[BY_NAME[name].words, *map(shown, row)] for name, row in changes.items()]
+    return {"time": readable.clock(after.time), "rows": rows} if rows and after is not None else {}
 
 
 def _chain_words(findings: Findings) -> str:
@@ -281,7 +220,7 @@ def _chain_words(findings: Findings) -> str:
         for name in ("diameter_apparent_m", "depth_m")
         if measures is not None and chain.PART in measures[name].parts
     ]
-    return f"{page.escape(chain.KNOWN)}" + (f"; of the {of} crater: {', '.join(sizes)}" if sizes else "")
+    return chain.KNOWN + (f"; of the {of} crater: {', '.join(sizes)}" if sizes else "")
 
 
 def _measure_cell(measures: Measures | None, name: str, reasons: list[str]) -> str:
@@ -294,10 +233,9 @@ def _measure_cell(measures: Measures | None, name: str, reasons: list[str]) -> s
     return f"none ({reasons.index(entry.reason) + 1})"
 
 
-def _published_table(findings: Findings) -> str:
-    if not findings.compared.reference:
-        return "<p>The case names no published numbers.</p>"
-    rows = []
+def _published(findings: Findings) -> list[list[str | page.Cell]]:
+    """Published numbers, ours beside them, whether they are met, and their source."""
+    rows: list[list[str | page.Cell]] = []
     for row in findings.compared.reference:
         ours = Quantity(row["ours"]["value"], row["ours"]["sigma"], row["unit"], row["ours"].get("reason", ""))
         word, style = {True: ("yes", "met"), False: ("no", "unmet"), None: ("not measured", "not_measured")}[
@@ -305,39 +243,34 @@ def _published_table(findings: Findings) -> str:
         ]
         name = f"{row['name'].replace('_m3', '').replace('_m', '').replace('_', ' ')}, {row['at']}"
         published = readable.between(row["value"], row["plus"], row["minus"], row["unit"])
-        note = f"{page.escape(row['source'])} {page.escape(row['note'])}"
-        rows.append([page.escape(name), published, page.escape(shown(ours)), page.cell(word, style), note])
-    return page.table(["quantity", "published", "here", "met", "source"], rows, notes=(4,))
+        met = page.Cell(word, style=style)
+        rows.append([name, published, shown(ours), met, f"{row['source']} {row['note']}"])
+    return rows
 
 
-def _scaling_table(findings: Findings) -> str:
+def _scaling(findings: Findings) -> dict[str, Any]:
     """Every law beside what was measured, the ratio of measured to predicted, and the spread of the laws."""
-    if not findings.compared.scaling:
-        return ""
+    found = findings.compared.scaling
+    if not found:
+        return {}
     ours = findings.transient.get("volume")
     diameter = ours.value("diameter_apparent_m") if ours is not None else float("nan")
     growing = "volume" in findings.growing
-    final, laws = findings.compared.scaling["final_rim_diameter_m"], findings.compared.scaling["diameter_m"]
+    final, laws = found["final_rim_diameter_m"], found["diameter_m"]
     rows = []
     for name, value in laws.items():
         ratio = f"{diameter / value:.2f}" if np.isfinite(diameter) and not growing else ""
         last = readable.amount(final[name], "m", 3) if name in final else ""
-        rows.append([page.escape(scaling.NAMES[name]), readable.amount(value, "m", 3), ratio, last])
-    low, high = (readable.amount(size, "m", 3) for size in findings.compared.scaling["range_m"])
-    least, most = min(laws.values()), max(laws.values())
-    named = [scaling.NAMES[name] for name in findings.compared.scaling["range_of"]]
+        rows.append([scaling.NAMES[name], readable.amount(value, "m", 3), ratio, last])
+    sizes = [*found["range_m"], min(laws.values()), max(laws.values())]
+    named = [scaling.NAMES[name] for name in found["range_of"]]
     here = (
         f" This run: {shown(ours.measures['diameter_apparent_m'])}{', still growing' if growing else ''}."
         if ours is not None and ours.measures is not None
         else ""
     )
-    return (
-        "<h2>Scaling laws</h2>"
-        + page.table(["law", "transient apparent diameter", "measured / predicted", "final rim diameter"], rows)
-        + f"<p>{page.escape(', '.join(named[:-1]))} and {page.escape(named[-1])} span {low} to {high}; all laws "
-        f"together {readable.amount(least, 'm', 3)} to "
-        f"{readable.amount(most, 'm', 3)}, a factor of {most / least:.1f}, which is the spread between target "
-        f"materials.{here} "
-        f"Predicted time of growth: {readable.clock(findings.compared.scaling['formation_time_s'])}. "
-        "None of these laws accounts for layers, strength or the curvature of the body.</p>"
-    )
+    ends = dict(zip(("low", "high", "least", "most"), (readable.amount(size, "m", 3) for size in sizes)))
+    return {
+        "rows": rows, "named": f"{', '.join(named[:-1])} and {named[-1]}", **ends, "here": here,
+        "factor": f"{sizes[3] / sizes[2]:.1f}", "growth": readable.clock(found["formation_time_s"]),
+    }  # fmt: skip

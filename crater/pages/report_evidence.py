@@ -3,7 +3,6 @@ references."""
 
 from __future__ import annotations
 
-import html
 import re
 from pathlib import Path
 
@@ -13,6 +12,7 @@ from matter.wording import page, readable
 
 VERDICTS = ("fail", "waived", "not_measured", "pass", "not_applicable")
 """Order of the ledger's rows on the page: what asks for attention first."""
+TEMPLATE = "crater/pages/templates/report_evidence.html.j2"
 
 
 def all_parts(run: Path, projectile_momentum: float, lever: tuple[float, str]) -> list[str]:
@@ -39,17 +39,13 @@ def ledger(path: Path) -> str:
     judged = [row for row in entries if row.get("limit") is not None]
     counts = {verdict: sum(row.get("verdict") == verdict for row in judged) for verdict in VERDICTS}
     summary = ", ".join(f"{count} {verdict.replace('_', ' ')}" for verdict, count in counts.items() if count)
-    return f"<h2>Handoff ledger</h2><p>{len(judged)} criteria: {summary}.</p>{page.ledger(entries)}"
+    words = f"{len(judged)} criteria: {summary}."
+    return page.render(TEMPLATE, "ledger", words=words, rows=page.ledger(entries))
 
 
 def rows_of(title: str, rows: list[tuple[str, str]]) -> str:
     """A section of words and values; empty where there are none."""
-    return (
-        f"<h2>{page.escape(title)}</h2>"
-        f"{page.table([], [[page.escape(word), page.escape(value)] for word, value in rows])}"
-        if rows
-        else ""
-    )
+    return page.render(TEMPLATE, "section", title=title, rows=rows) if rows else ""
 
 
 def steps(run: Path) -> str:
@@ -62,21 +58,15 @@ def steps(run: Path) -> str:
         }
         total = sum(counts.values())
         for name in sorted(counts, key=lambda key: -counts[key]):
-            rows.append([f"SPH: {page.escape(name)}", readable.number(counts[name]), f"{counts[name] / total:.0%}"])
+            rows.append([f"SPH: {name}", readable.number(counts[name]), f"{counts[name] / total:.0%}"])
     if grains.is_file():
         facts = archive.read_json(grains)
         if "time_step_s" in facts:
             step = readable.clock(float(facts["time_step_s"]))
-            rows.append(
-                [
-                    f"grains: a fixed fraction of the contact time ({step})",
-                    readable.number(float(facts.get("steps", 0))),
-                    "100%",
-                ]
-            )
-    if not rows:
-        return ""
-    return f"<h2>What limited the time step</h2>{page.table(['limit', 'steps', 'share'], rows)}"
+            count = readable.number(float(facts.get("steps", 0)))
+            rows.append([f"grains: a fixed fraction of the contact time ({step})", count, "100%"])
+    head = ["limit", "steps", "share"]
+    return page.render(TEMPLATE, "section", title="What limited the time step", head=head, rows=rows) if rows else ""
 
 
 def provenance(path: Path) -> str:
@@ -85,43 +75,24 @@ def provenance(path: Path) -> str:
         return ""
     facts = archive.read_json(path)
     program, case = facts.get("distribution", {}), facts.get("case", {})
-    lines = [
-        (
-            "program",
-            f"{program.get('name', '')} {program.get('version', '')}, commit {program.get('commit', 'unknown')}",
-        )
-    ]
-    if program.get("uncommitted_changes"):
-        lines.append(("", "with uncommitted changes"))
     name = "/".join(Path(str(case.get("file", ""))).parts[-2:])
-    lines.append(("case", f"{name}, preset {case.get('preset') or '-'}, SHA-256 {str(case.get('sha256', ''))[:16]}"))
-    if case.get("overrides"):
-        lines.append(("overrides", ", ".join(map(str, case["overrides"]))))
-    if case.get("from_elsewhere"):
-        lines.append(
-            (
-                "from elsewhere",
-                ", ".join(f"{key}: {page.local(value)}" for key, value in case["from_elsewhere"].items()),
-            )
-        )
-    lines.append(("libraries", ", ".join(f"{key} {value}" for key, value in facts.get("libraries", {}).items())))
-    lines.append(
-        (
-            "sources (SHA-256)",
-            ", ".join(f"{key} {str(value)[:10]}" for key, value in facts.get("sources_sha256", {}).items()),
-        )
-    )
+    commit, outside = program.get("commit", "unknown"), case.get("from_elsewhere") or {}
+    lines = [
+        ("program", f"{program.get('name', '')} {program.get('version', '')}, commit {commit}"),
+        ("", "with uncommitted changes" if program.get("uncommitted_changes") else ""),
+        ("case", f"{name}, preset {case.get('preset') or '-'}, SHA-256 {str(case.get('sha256', ''))[:16]}"),
+        ("overrides", ", ".join(map(str, case.get("overrides") or ()))),
+        ("from elsewhere", ", ".join(f"{key}: {page.local(value)}" for key, value in outside.items())),
+        ("libraries", ", ".join(f"{key} {value}" for key, value in facts.get("libraries", {}).items())),
+        ("sources (SHA-256)", ", ".join(f"{k} {str(v)[:10]}" for k, v in facts.get("sources_sha256", {}).items())),
+    ]
     for session in facts.get("sessions", []):
         command = " ".join(page.local(word) for word in session.get("command", []))
         memory = float(session.get("memory_bytes", 0)) / 2**30
-        lines.append(
-            (
-                f"session {session.get('started_at', '')}",
-                f"{command}; {session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB",
-            )
-        )
-    rows = [[page.escape(word), page.breakable(value)] for word, value in lines]
-    return f"<h2>Provenance</h2>{page.table([], rows, notes=(1,))}"
+        machine = f"{session.get('threads')} threads of {session.get('cores')} cores, {memory:.0f} GiB"
+        lines.append((f"session {session.get('started_at', '')}", f"{command}; {machine}"))
+    rows = [line for line in lines if line[1]]
+    return page.render(TEMPLATE, "section", title="Provenance", rows=rows, notes=(1,))
 
 
 def references(path: Path) -> str:
@@ -134,21 +105,10 @@ def references(path: Path) -> str:
         if author:
             names = [name.split(",")[0] for name in author.split(" and ")]
             who = names[0] + (f" & {names[1]}" if len(names) == 2 else " et al." if len(names) > 2 else "")
-            where = " ".join(
-                part
-                for part in (
-                    _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school"),
-                    _field(entry, "volume"),
-                )
-                if part
-            )
-            items.append(f"<li>{html.escape(f'{who} {year}: {title}. {where}'.strip())}</li>")
-    return (
-        f"<h2>References</h2><p class=note>BibTeX: references.bib of the run folder.</p><ul "
-        f"class=refs>{''.join(items)}</ul>"
-        if items
-        else ""
-    )
+            journal = _field(entry, "journal") or _field(entry, "publisher") or _field(entry, "school")
+            where = f"{journal} {_field(entry, 'volume')}".strip()
+            items.append(f"{who} {year}: {title}. {where}".strip())
+    return page.render(TEMPLATE, "references", entries=items) if items else ""
 
 
 def _field(entry: str, name: str) -> str:
@@ -158,17 +118,9 @@ def _field(entry: str, name: str) -> str:
         return ""
     text = match.group(1)
     accents = {
-        r"\"a": "ä",
-        r"\"o": "ö",
-        r"\"u": "ü",
-        r"\'e": "é",
-        r"\'a": "á",
-        r"\`e": "è",
-        r"\c c": "ç",
-        r"\~n": "ñ",
-        r"\v s": "š",
-        r"\v c": "č",
-    }
+        r"\"a": "ä", r"\"o": "ö", r"\"u": "ü", r"\'e": "é", r"\'a": "á", r"\`e": "è", r"\c c": "ç", r"\~n": "ñ",
+        r"\v s": "š", r"\v c": "č",
+    }  # fmt: skip
     for mark, letter in accents.items():
         text = text.replace("{" + mark + "}", letter).replace(mark, letter)
     return re.sub(r"[{}]", "", text).replace("--", "–").replace("~", " ")

@@ -13,6 +13,8 @@ from crater.scaling import melt
 from crater.shock import phases, release, settled_matter
 from matter.wording import page, readable
 
+TEMPLATE = "crater/pages/templates/report_matter.html.j2"
+
 
 def all_parts(findings: Findings, out: Path) -> list[str]:
     """Every section that the findings give material for; ``out`` holds the pictures."""
@@ -26,7 +28,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
         decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
-        flown.PLACE if ejected.fates else "",
+        flown.slot() if ejected.fates else "",
         settled(findings.settled_matter, out),
     ]
 
@@ -38,21 +40,16 @@ def molten(facts: Mapping[str, Any]) -> str:
     if not parts:
         return ""
     keys = [key for key in phases.WORDS if any(key in part["pressures_Pa"] for part in parts)]
-    rows = [
-        [f"{page.escape(part['material'])} of the {part['body']}", *(_cell(part, key) for key in keys)]
-        for part in parts
-    ]
-    notes = [f"{part['material']}: {part['source']}" for part in parts]
-    unknown = facts.get("not_known_of", [])
-    return (
-        "<h2>Melt and vapour</h2>"
-        + page.table(["in masses of the projectile", *(phases.WORDS[key] for key in keys)], rows)
-        + "<p class=note>By the largest pressure that each particle felt in the shock stage; errors are those of "
-        "counting particles. Coarse runs lose peak pressure, and melt with it; pores would melt more. "
-        + " ".join(f"{page.escape(note)}." for note in dict.fromkeys(notes))
-        + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
-        + "</p>"
-    )
+    return page.render(
+        TEMPLATE, "molten", keys=[phases.WORDS[key] for key in keys],
+        rows=[[_name(part), *(_cell(part, key) for key in keys)] for part in parts],
+        notes=list(dict.fromkeys(f"{part['material']}: {part['source']}." for part in parts)),
+        not_known_of=facts.get("not_known_of", []),
+    )  # fmt: skip
+
+
+def _name(part: Mapping[str, Any]) -> str:
+    return f"{part['material']} of the {part['body']}"
 
 
 def heated(facts: Sequence[Mapping[str, Any]]) -> str:
@@ -62,7 +59,7 @@ def heated(facts: Sequence[Mapping[str, Any]]) -> str:
     keys = [key for key in release.WORDS if any(key in part["over_projectile_mass"] for part in facts)]
     rows = [
         [
-            f"{page.escape(part['material'])} of the {part['body']}",
+            _name(part),
             *(
                 readable.measured(part["over_projectile_mass"][key], part["counting_error"][key], "")
                 if key in part["over_projectile_mass"]
@@ -72,16 +69,8 @@ def heated(facts: Sequence[Mapping[str, Any]]) -> str:
         ]
         for part in facts
     ]
-    notes = [_critical(part["material"], part["critical"]) for part in facts]
-    return (
-        "<h2>Melt and vapour by heat</h2>"
-        + page.table(["in masses of the projectile", *(release.WORDS[key] for key in keys)], rows)
-        + "<p class=note>By the entropy at the end of the shock stage, which matter keeps as it comes down to 1 bar, "
-        "and by the temperature that it has then, without latent heat; beside it by peak pressure, with the shock "
-        "pressures of the same table. A shock smeared over the length in which it weakens loses peak pressure and "
-        "gains heat: where they differ, the first is too much and the second too little. Errors are those of counting "
-        "particles. " + " ".join(page.escape(note) for note in dict.fromkeys(notes)) + "</p>"
-    )
+    notes = list(dict.fromkeys(_critical(part["material"], part["critical"]) for part in facts))
+    return page.render(TEMPLATE, "heated", keys=[release.WORDS[key] for key in keys], rows=rows, notes=notes)
 
 
 def published(facts: Mapping[str, Any]) -> str:
@@ -90,13 +79,7 @@ def published(facts: Mapping[str, Any]) -> str:
         return ""
     rows = [(melt.WORDS[key], readable.number(value, 3)) for key, value in facts["over_projectile_mass"].items()]
     energy = readable.amount(facts["energy_J_kg"] * 1e-6, "MJ/kg", 3)
-    return (
-        "<h2>Melt by published laws</h2>"
-        + page.table(["in masses of the projectile", "molten"], [[page.escape(cell) for cell in row] for row in rows])
-        + f"<p class=note>Of dense, cold {page.escape(facts['material'])}, molten behind a shock of {energy} "
-        f"({page.escape(facts['source'])}); in rock from some 12 km/s on, within a factor of two. What this run "
-        "melted stands above, where its material knows it.</p>"
-    )
+    return page.render(TEMPLATE, "published", rows=rows, facts=facts, energy=energy)
 
 
 def _critical(name: str, facts: Mapping[str, Any]) -> str:
@@ -136,13 +119,7 @@ def decay(facts: Mapping[str, Any], limit: float | None = None) -> str:
         ("its radius", f"{readable.measured(radius['value'], radius['sigma'], 'm')}, {over} projectile radii"),
         ("power of the decay beyond it, P ~ r^-n", readable.measured(power["value"], power["sigma"])),
     ]
-    return (
-        "<h2>How the shock weakened</h2>"
-        + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
-        + f"<p class=note>Medians of the largest pressure in shells about the point of contact, out to "
-        f"{readable.length(facts['to_m'])}, within 50° of the vertical and in the layer that was hit. A projectile of "
-        "few particles smears the core out.</p>"
-    )
+    return page.render(TEMPLATE, "decay", rows=rows, reach=readable.length(facts["to_m"]))
 
 
 def _cell(part: Mapping[str, Any], key: str) -> str:
@@ -178,24 +155,7 @@ def excavated(facts: Mapping[str, Any], projectile_mass: float, out: Path) -> st
         )
     rows.append(("layers at the rim, above the old ground", _order(facts["rim"])))
     rows.append(("thrown beyond the crater later, by its collapse", readable.amount(facts["later_kg"], "kg", 3)))
-    unfinished = (
-        " <b class=waived>Caution:</b> the crater still grew when the shock stage ended: this is what had risen from "
-        "the ground by then, not all that will."
-        if facts.get("growing")
-        else ""
-    )
-    return (
-        "<h2>Where the ejecta came from</h2>"
-        + page.table([], [[page.escape(word), page.escape(value)] for word, value in rows], words=(1,))
-        + f"<p class=note>Target matter of the shock stage that left the ground before "
-        f"{readable.clock(facts['until_s'])} (largest volume) and in free flight lands beyond the transient crater or "
-        f"escapes: {facts['particles']} particles.{unfinished}</p>"
-        + page.picture(
-            out / "excavation.png",
-            "First depths of what lands at each distance, in apparent radii R of the transient crater.",
-            narrow=True,
-        )
-    )
+    return page.render(TEMPLATE, "excavated", rows=rows, facts=facts, by_distance=out / "excavation.png")
 
 
 def _order(rim: Mapping[str, Any], what: str = "particles") -> str:
@@ -210,28 +170,12 @@ def fates(facts: Mapping[str, Any]) -> str:
     """Mass of target and projectile by fate; empty where nothing is known."""
     if not facts:
         return ""
-    names = list(facts["target_kg"])
     rows = [
-        [page.escape(name), *(readable.amount(facts[body][name], "kg", 3) for body in ("target_kg", "projectile_kg"))]
-        for name in names
+        [name, *(readable.amount(facts[body][name], "kg", 3) for body in ("target_kg", "projectile_kg"))]
+        for name in facts["target_kg"]
     ]
-    down = facts["landed"]
-    words = (
-        f" Of {down['particles']} that should be down by the end of the shock stage, half are then more than "
-        f"{down['distance_over_free_flight']:.2f} times as far from the axis as free flight says: matter is pushed on "
-        "in flight, or slides."
-        if down["distance_over_free_flight"] is not None
-        else ""
-    )
-    return (
-        "<h2>Where the ejecta end</h2>"
-        + page.table(["", "target", "projectile"], rows)
-        + f"<p class=note>Free flight, without air, of the {facts['particles']} particles that rose from the ground; "
-        f"inside and beyond the apparent radius of the transient crater, {readable.length(facts['crater_radius_m'])}. "
-        f"Together with what stayed they are the mass at the start within {max(facts['closure'], 1e-16):.0e} of "
-        f"it.{words} Each particle, with position, "
-        "time and velocity of its launch: ejecta.h5.</p>" + _by_size(facts.get("size_classes_kg", {}))
-    )
+    closure, sizes = f"{max(facts['closure'], 1e-16):.0e}", _by_size(facts.get("size_classes_kg", {}))
+    return page.render(TEMPLATE, "fates", rows=rows, facts=facts, closure=closure, by_size=sizes)
 
 
 def _by_size(facts: Mapping[str, Mapping[str, float]]) -> str:
@@ -239,16 +183,8 @@ def _by_size(facts: Mapping[str, Mapping[str, float]]) -> str:
     if not facts:
         return ""
     names = list(next(iter(facts.values())))
-    rows = [
-        [page.escape(name), *(readable.amount(parts[fate], "kg", 3) for fate in names)]
-        for name, parts in facts.items()
-    ]
-    return (
-        page.table(["target, by size of its pieces", *names], rows)
-        + "<p class=note>Whole particles that hang together at the end of the shock stage are a piece; broken ones "
-        "are in pieces smaller than a particle, how small is not known (it goes by the strain rate at which each "
-        "broke).</p>"
-    )
+    rows = [[name, *(readable.amount(parts[fate], "kg", 3) for fate in names)] for name, parts in facts.items()]
+    return page.render(TEMPLATE, "by_size", names=names, rows=rows)
 
 
 def settled(facts: Mapping[str, Any], out: Path) -> str:
@@ -260,7 +196,7 @@ def settled(facts: Mapping[str, Any], out: Path) -> str:
     fractions = [field for field in settled_matter.FRACTIONS if any(zone.get(field) for zone in zones.values())]
     rows = [
         [
-            page.escape(name),
+            name,
             readable.amount(zone["mass_kg"], "kg", 3),
             *(readable.length(zone["first_depth_m"][q]) for q in ("low", "half", "high")),
             readable.length(zone["first_distance_half_m"]),
@@ -270,33 +206,15 @@ def settled(facts: Mapping[str, Any], out: Path) -> str:
         ]
         for name, zone in zones.items()
     ]
-    head = [
-        "", "mass", "depth of origin: 10th percentile", "50th", "90th", "distance: 50th percentile",
-        "largest pressure (half)", *(settled_matter.FRACTIONS[field] for field in fractions), "projectile",
-    ]  # fmt: skip
-    return (
-        "<h2>Where the settled matter came from</h2>"
-        + page.table(head, rows)
-        + f"<p class=note>Grains at rest, by what matter they stand for. R = {readable.length(facts['radius_m'])} is "
-        "the apparent radius. Rim: 1 to 1.5 R, above the undisturbed ground; blanket: beyond, higher than a grain "
-        "radius above it; breccia lens: what fills the transient crater (largest volume) now. Layers at the rim: "
-        f"{page.escape(_order(facts['rim'], 'grains'))}.</p>"
-        + _molten_grains(facts)
-        + page.picture(
-            out / "section_origin.png", "The settled crater by what its matter went through (red: projectile alone)."
-        )
-        + page.picture(
-            out / "blanket.png",
-            "First depths of what lies above the undisturbed ground at each distance, in apparent radii R.",
-            narrow=True,
-        )
-    )
+    return page.render(
+        TEMPLATE, "settled", fractions=[settled_matter.FRACTIONS[field] for field in fractions], rows=rows, out=out,
+        radius=readable.length(facts["radius_m"]), rim=_order(facts["rim"], "grains"), molten=_molten_grains(facts),
+    )  # fmt: skip
 
 
 def _molten_grains(facts: Mapping[str, Any]) -> str:
     """Mass in grains above each critical pressure, inside and outside the crater; empty where none is."""
     found = facts.get("over_projectile_mass", {})
-    unknown = facts.get("not_known_of", [])
     some = {name: parts for name, parts in found.items() if any(part["value"] > 0.0 for part in parts.values())}
     if not some:
         return ""
@@ -311,10 +229,5 @@ def _molten_grains(facts: Mapping[str, Any]) -> str:
         ]
         for name, parts in some.items()
     ]  # fmt: skip
-    return (
-        page.table(["in masses of the projectile", *settled_matter.PARTS], rows)
-        + "<p class=note>By peak pressure, of what the bed holds; inside and outside the apparent radius, in flight, "
-        "gone from the bed. Errors: those of counting grains."
-        + (f" No critical pressures are known of {page.escape(', '.join(unknown))}." if unknown else "")
-        + "</p>"
-    )
+    unknown = facts.get("not_known_of", [])
+    return page.render(TEMPLATE, "molten_grains", parts=list(settled_matter.PARTS), rows=rows, not_known_of=unknown)

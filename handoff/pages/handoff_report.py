@@ -121,101 +121,54 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
 
 
 def whole_page(run: Path, book: ledgers.Ledger, record: dict, folder: Path, further: dict | None = None) -> str:
-    """The report of a ``run`` as HTML, with the pictures of ``folder``; ``further`` is what the sensitivity runs came
-    to."""
-    parts = [
-        _first_lines(headline(book, run / SERIES), record),
-        drawing.note(),
-        *(page.picture(folder / name, caption) for name, caption in _PICTURES),
-        "<h2>Ledger</h2>",
-        "<p>Raw rows count before the one global correction; momenta are those of the bed's domain and all ejecta. "
-        "Pressure, overlaps and elastic "
-        "energy are the excess over the undisturbed state at the same depth.</p>",
-        page.ledger(book.rows),
-        _methods(record),
-        _further(further),
-    ]
-    return page.document(page.heading(run, "Handoff: from shock physics to grains"), parts)
+    """The report of a ``run`` as HTML, headed by the worst row, with the pictures of ``folder``; ``further`` is what
+    the sensitivity runs came to."""
+    first, *others = headline(book, run / SERIES)
+    return page.render(
+        "handoff/pages/templates/handoff_report.html.j2",
+        headline=first, further=others, title=page.heading(run, "Handoff: from shock physics to grains"),
+        pictures=[(folder / name, caption) for name, caption in _PICTURES], without_pictures=drawing.note(),
+        record=record, ledger=page.ledger(book.rows), methods=_methods(record),
+        grain_steps=readable.number(direct.GRAIN_STEPS_PER_S), sensitivity=_sensitivity(further) if further else {},
+    )  # fmt: skip
 
 
-def _first_lines(sentences: list[str], record: dict) -> str:
-    """The worst row and the sensitivity, the time and why it was taken, and what was handed over."""
-    first, *others = sentences
-    cavity, grains = record["cavity"], record["grains"]
-    return (
-        f"<p><b>{page.escape(first)}</b> <br>{'<br>'.join(page.escape(other) for other in others)}</p>"
-        f"<p>Handoff at {readable.clock(record['time_s'])} after the impact: "
-        f"{page.escape(record['choice']['reason'])}.</p>"
-        f"<p>Cavity at that time: radius {readable.amount(cavity['radius_m'], 'm', 3)}, depth "
-        f"{readable.amount(cavity['depth_m'], 'm', 3)}, volume "
-        f"{readable.amount(cavity['volume_m3'], 'm^3', 3)}, rim {readable.amount(cavity['rim_height_m'], 'm', 3)} "
-        f"above the datum. "
-        f"{readable.number(grains['kept'])} of {readable.number(grains['bed'])} grains stay, "
-        f"{readable.number(grains['ejecta'])} are added as ejecta. "
-        f"Speed limit {readable.amount(record['speed_limit_m_s'], 'm/s', 3)}, alpha {record['alpha_spacings']:g} "
-        f"spacings, surface "
-        f"{record['offset_spacings']:.3f} spacings outside its particles, mapping "
-        f"{page.escape(record['mapping'])}.</p>"
-    )
-
-
-def _further(comparison: dict | None) -> str:
-    """The sensitivity runs as a table; empty where there are none."""
-    if not comparison:
-        return ""
+def _sensitivity(comparison: dict) -> dict[str, Any]:
+    """The sensitivity runs: head and rows of their table, and how far the bed of the controls drifted."""
     names = {
         **{name: BY_NAME[name].noun for name in RATIOS if UNITS[name] == "m"},
         "dem_depth_most_m": "largest depth",
     }
-    head = [
-        "variant",
-        "handed over at",
-        "speed limit",
-        "alpha [spacings]",
-        *(word for name in names.values() for word in (name, "change")),
-        "rms of profiles",
-    ]
+    changes = [word for name in names.values() for word in (name, "change")]
+    head = ["variant", "handed over at", "speed limit", "alpha [spacings]", *changes, "rms of profiles"]
     rows = []
     for variant, row in comparison["rows"].items():
         cells = [text for key in names for text in (_amount(row[key], "m"), _change(row[f"{key}_change"]))]
         first = [_amount(row["time_s"], "s"), _amount(row["speed_limit_m_s"], "m/s"), _amount(row["alpha_spacings"])]
-        rows.append([page.escape(variant.replace("_", " ")), *first, *cells, _amount(row["profile_rms_m"], "m")])
-    controls = "".join(
-        f"<li>{page.escape(name)}: {readable.number(row['grains'])} grains from {readable.clock(row['from_s'])} to "
-        f"{readable.clock(row['to_s'])}, largest "
-        f"drift {row['drift_most_over_r']:.3g} radii; {readable.number(row['deep_grains'])} of them deep, largest "
-        f"drift "
-        f"{_amount(row['deep_drift_most_over_r'])} radii; energy above that at the start by "
-        f"{_amount(row['energy_rise_J'], 'J')}</li>"
+        rows.append([variant.replace("_", " "), *first, *cells, _amount(row["profile_rms_m"], "m")])
+    controls = [
+        f"{name}: {readable.number(row['grains'])} grains from {readable.clock(row['from_s'])} to "
+        f"{readable.clock(row['to_s'])}, largest drift {row['drift_most_over_r']:.3g} radii; "
+        f"{readable.number(row['deep_grains'])} of them deep, largest drift {_amount(row['deep_drift_most_over_r'])} "
+        f"radii; energy above that at the start by {_amount(row['energy_rise_J'], 'J')}"
         for name, row in comparison["controls"].items()
-    )
-    return f"<h2>Sensitivity of the final crater</h2>{page.table(head, rows)}<ul>{controls}</ul>"
+    ]
+    return {"head": head, "rows": rows, "controls": controls}
 
 
 def _amount(value: Any, unit: str = "1") -> str:
-    return (
-        "–"
-        if value is None
-        else page.escape(value if isinstance(value, str) else readable.amount(float(value), unit, 3))
-    )
+    return "–" if value is None else value if isinstance(value, str) else readable.amount(float(value), unit, 3)
 
 
 def _change(value: float | None) -> str:
     return "–" if value is None else f"{100.0 * value:+.1f} %".replace("-", "−")
 
 
-def _methods(record: dict) -> str:
-    """Mapped against direct as a table; empty where it was not measured."""
-    table = record.get("methods")
-    if not table:
-        return ""
-    rows = [
-        [page.escape(label), _amount(table["mapped"][key]), _amount(table["direct"][key])]
+def _methods(record: dict) -> list[list[str]]:
+    """Mapped against direct as rows; none where it was not measured."""
+    table = record.get("methods") or {}
+    return [
+        [label, _amount(table["mapped"][key]), _amount(table["direct"][key])]
         for key, label in direct.LABELS.items()
+        if table
     ]
-    return f"""<h2>Mapped against direct</h2>
-<p>The run continues with the <b>{page.escape(record["method"])}</b> grains. Direct: every SPH particle becomes one
-grain. Excess is counted beyond what the undisturbed body would carry. The prediction is the number of
-grains times the number of steps over {readable.number(direct.GRAIN_STEPS_PER_S)} grain steps
-per second on one core.</p>
-{page.table(["", "mapped", "direct"], rows)}"""

@@ -38,4 +38,4 @@ def require(what: str, library: str = "matplotlib") -> None:
 
 def note() -> str:
     """What a page says that had to do without its pictures; empty where it has them."""
-    return "" if has() else f"<p>Without pictures: matplotlib was not installed where this was made ({INSTALL}).</p>"
+    return "" if has() else f"Without pictures: matplotlib was not installed where this was made ({INSTALL})."

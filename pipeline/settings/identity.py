@@ -101,10 +101,12 @@ def _state_of(item: str, find: Find) -> str:
 
 def sources_of(stage: str, settings: Model) -> str:
     """Hash of the sources that a stage can reach and of the data that it takes: all files of its room that are no
-    code, and its materials."""
+    code, the templates of the floor where it writes a page, and its materials."""
     digest = hashlib.sha256(provenance.source_key(stages.MODULES[stage]).encode())
     room = provenance.HOUSE / stages.MODULES[stage].partition(".")[0]
     data = [path for path in sorted(room.rglob("*")) if path.is_file() and path.suffix not in (".py", ".pyc")]
+    if any(path.parent.name == "templates" for path in data):
+        data += sorted((provenance.HOUSE / "matter" / "wording" / "templates").iterdir())
     data += [provenance.HOUSE / "matter" / "materials" / f"{name}.toml" for name in describe.materials([settings])]
     for path in data:
         digest.update(path.name.encode() + path.read_bytes())

@@ -167,58 +167,54 @@ def _page(sweep: Sweep, rows: Sequence[Row]) -> str:
     done = [row for row in rows if row["state"] == "done"]
     given = list(sweep.values[sweep.members[0].name])
     keys = [key for key in sweep.members[0].drawn or given if len({str(row[key]) for row in rows}) > 1]
-    parts = [
-        f"<p>{_counted(rows)} Errors are one standard deviation; dashed: scaling laws for "
-        f"the transient diameter; open symbols: the last snapshot of a crater that is not at rest."
-        + (
-            " Pictures show the plainest member of each case, and those that differ from it in that key."
-            if sweep.named
-            else ""
-        )
-        + "</p>"
-    ]
-    if failed := [row for row in rows if row["state"] == "failed"]:
-        lost = [[page.escape(row["member"]), page.escape(row["reason"])] for row in failed]
-        parts += ["<h2>Members that failed</h2>", page.table(["member", "why"], lost)]
-    if not drawing.possible("the sweep", print):
-        parts.append(drawing.note())
-        keys = []
-    for key in keys:
+    files = {}
+    for key in keys if drawing.possible("the sweep", print) else ():
         file = sweep.folder / f"against_{key.replace('.', '_')}.png"
         shown = _about(sweep, done, key)
         if len({str(row[key]) for row in shown}) > 1 and _draw(shown, key, file):
-            parts += [f"<h2>Against {page.escape(key)}</h2>", page.picture(file, f"Measures against {key}.")]
+            files[key] = file
     measured = [
         name
         for name in columns_of(rows)
         if "/" in name and not name.endswith(_SIGMA) and not name.startswith(_LAW) and not _deep(name)
     ]
-    head = [
-        "member",
-        "state",
-        *map(page.escape, given),
-        *(page.escape(_meaning(name)) for name in measured),
-    ]
-    body = []
-    for row in rows:
-        values = ["–" if row[key] is None else page.escape(_short(row[key])) for key in given]
-        body.append(
-            [page.escape(row["member"]), page.escape(row["state"]), *values, *(_cell(row, name) for name in measured)]
-        )
-    return page.document(
-        f"Sweep {sweep.name}" if "case" in given else f"Sweep of {next(iter(sweep.requests.values())).case.title}",
-        [*parts, "<h2>Members</h2>", page.table(head, body)],
-    )
+    case = next(iter(sweep.requests.values())).case
+    title = f"Sweep {sweep.name}" if "case" in given else f"Sweep of {case.title}"
+    return page.render(
+        "pipeline/sweeps/templates/sweep_table.html.j2", headline=_headline(rows, done), fidelity=_fidelity(rows),
+        failed=[[row["member"], row["reason"]] for row in rows if row["state"] == "failed"], title=title,
+        without_pictures=drawing.note(), pictures=files, named=sweep.named,
+        head=["member", "state", *given, *map(_meaning, measured)],
+        rows=[
+            [row["member"], row["state"], *("–" if row[key] is None else _short(row[key]) for key in given)]
+            + [_measured(row, name) or "–" for name in measured]
+            for row in rows
+        ],
+    )  # fmt: skip
 
 
-def _counted(rows: Sequence[Row]) -> str:
-    """How many members are done, failed and missing, and how many run the whole chain."""
+def _headline(rows: Sequence[Row], done: Sequence[Row]) -> str:
+    """How many members are done, failed and missing, between which diameters and depths the last craters lie, how many
+    are settled."""
+    said = [_states(rows)]
+    for name, symbol in (("diameter_apparent_m", "D ="), ("depth_m", "depth")):
+        if sizes := [float(row[f"final/{name}"]) for row in done if row.get(f"final/{name}") is not None]:
+            ends = dict.fromkeys(readable.amount(size, "m", 3) for size in (min(sizes), max(sizes)))
+            said.append(f"{symbol} {' to '.join(ends)}")
+    return ", ".join([*said, f"{sum(row['settled'] is True for row in done)} settled"])
+
+
+def _states(rows: Sequence[Row]) -> str:
     states = [row["state"] for row in rows]
     others = "".join(f", {states.count(word)} {word}" for word in dict.fromkeys(states) if word != "done")
+    return f"{states.count('done')} of {len(rows)} members are done{others}"
+
+
+def _fidelity(rows: Sequence[Row]) -> str:
+    """How many members run the whole chain, where some do not."""
     until = [row["until"] for row in rows if "until" in row]
     whole = len(until) - until.count("sph")
-    fidelity = f" {whole} run all stages, the others end with the shock stage." if until else ""
-    return f"{states.count('done')} of {len(rows)} members are done{others}.{fidelity}"
+    return f"{whole} run all stages, the others end with the shock stage." if until else ""
 
 
 def _short(value: Number) -> str:
@@ -231,10 +227,6 @@ def _short(value: Number) -> str:
 
 def _deep(name: str) -> bool:
     return name.startswith("transient_at_maximum_depth/")
-
-
-def _cell(row: Row, name: str) -> str:
-    return page.escape(_measured(row, name)) or "–"
 
 
 def _measured(row: Row, name: str) -> str:
@@ -328,6 +320,6 @@ def text(rows: Sequence[Row]) -> str:
     for row in rows:
         cells = [readable.terminal(_measured(row, name)) or "--" for name in names]
         lines.append(f"{row['member']:<{width}}{row['state']:<10}" + "".join(f"{cell:>{column}}" for cell in cells))
-    lines += ["", _counted(rows)]
+    lines += ["", f"{_states(rows)}. {_fidelity(rows)}".strip()]
     lines += [f"  {row['member']} failed: {row['reason']}" for row in rows if row["state"] == "failed"]
     return "\n".join(lines)

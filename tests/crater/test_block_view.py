@@ -16,7 +16,7 @@ from crater.results.rest import Rest
 from fixtures import synthetic_craters as synthetic
 from matter.geometry import frame
 from matter.particles import Particles
-from matter.wording import page
+from tests import pages
 from tests.crater import browser
 
 SPACING = {"plane": 80.0, "sphere": 30e3}
@@ -81,7 +81,7 @@ def test_every_cell_of_the_section_has_the_origin_of_what_lies_there(bowl):
 
 def _page(bowl, tmp_path):
     file = tmp_path / "block.html"
-    file.write_text(page.document("Block", [block_view.html(bowl[3])]))
+    file.write_text(pages.document("Block", [block_view.html(bowl[3])]))
     return file
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from crater.pages import flown, report_matter
 from matter.errors import InputError
-from matter.wording import page
+from tests import pages
 
 FOUND = {
     "particles": 40, "closure": 0.0,
@@ -37,7 +37,7 @@ def test_it_says_mass_by_fate_and_when_where_and_how_fast():
 
 def test_it_stands_on_the_page_once_where_the_fates_of_free_flight_end(tmp_path):
     report = tmp_path / "report.html"
-    report.write_text(page.document("A", ["<h2>Where the ejecta end</h2>", flown.PLACE, "<h2>References</h2>"]))
+    report.write_text(pages.document("A", ["<h2>Where the ejecta end</h2>", flown.slot(), "<h2>References</h2>"]))
     flown.show(report, FOUND)
     flown.show(report, {**FOUND, "particles": 41})
     text = report.read_text()
@@ -47,7 +47,7 @@ def test_it_stands_on_the_page_once_where_the_fates_of_free_flight_end(tmp_path)
 
 def test_a_page_without_a_place_has_it_at_its_end(tmp_path):
     report = tmp_path / "report.html"
-    report.write_text(page.document("A", ["<h2>References</h2>"]))
+    report.write_text(pages.document("A", ["<h2>References</h2>"]))
     flown.show(report, FOUND)
     text = report.read_text()
     assert text.index("References") < text.index("among other bodies") < text.index("</body>")
@@ -67,5 +67,5 @@ def test_the_crater_page_leaves_a_place_for_it(monkeypatch):
         parts = report_matter.all_parts(
             SimpleNamespace(shock=shock, ejected=ejected, setting=event, soundness={}, settled_matter={}), None
         )
-        assert parts.count(flown.PLACE) == count
-        assert not count or parts[parts.index("FATES") + 1] == flown.PLACE
+        assert parts.count(flown.slot()) == count
+        assert not count or parts[parts.index("FATES") + 1] == flown.slot()

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import csv
+import html
 import json
+import re
 import shutil
 import sys
 
@@ -193,6 +195,17 @@ def test_the_page_is_self_contained(both):
     assert "differ by" in page
 
 
+def test_the_page_begins_with_headline_title_and_picture(both):
+    """And the headline holds the numbers of the last column of the table of measures."""
+    _, out, _ = both
+    page = (out / "report.html").read_text()
+    first = re.search(r"<h1>D = (.*?), depth (.*?), settled; (?:no|\d+) cautions?</h1>", page)
+    places = [first.start(), page.index("<p class=title>Crater: "), *(page.index(x) for x in ("<figure", "<table"))]
+    assert places == sorted(places)
+    for value, words in zip(first.groups(), ("apparent diameter, at the datum", "depth below the datum")):
+        assert re.search(rf"<td>{words}</td>.*<td class='n'>(.*)</td></tr>", page).group(1) == value
+
+
 def test_the_page_says_stage_time_and_place(both):
     """Transient at both maxima with their times; the late stages by depth, inside 1.5 rim radii, and where they differ
     most."""
@@ -212,7 +225,7 @@ def test_the_page_says_stage_time_and_place(both):
     assert compared["rms_inside_m"] > 1.5 * compared["rms_m"]  # flat ground far out makes it look small
     assert (
         "1.5 rim radii of the larger crater" in page
-        and "from the axis, where the grains' ground lies" in page.replace("&#x27;", "'")
+        and "from the axis, where the grains' ground lies" in html.unescape(page)
     )
     at = [row["at"] for row in measures["reference"]]
     assert at == ["first maximum of volume, 6.0 min, SPH"] * 2

@@ -2,25 +2,55 @@
 
 from __future__ import annotations
 
+import base64
 import re
 import shutil
 import subprocess
 
+import jinja2
+import markupsafe
 import pytest
 
 from matter.wording import ledger_words, page
+from tests import pages
+
+
+def _picture(path, caption: str) -> str:
+    return page.render(page.PARTS, "picture", path=path, caption=caption)
 
 
 def test_every_table_and_picture_scrolls_in_a_box_of_its_own(tmp_path):
     (tmp_path / "a.png").write_bytes(b"\x89PNG")
-    whole = page.document(
-        "A < B", [page.table(["x", "y"], [["1", "2"]]), "", page.picture(tmp_path / "a.png", "seen from above")]
+    whole = pages.document(
+        "A < B", [pages.table(["x", "y"], [["1", "2"]]), "", _picture(tmp_path / "a.png", "seen from above")]
     )
     assert "<meta name=viewport content='width=device-width" in whole and "<title>A &lt; B</title>" in whole
     for tag in ("<table", "<img"):
         assert len(re.findall(tag, whole)) == len(re.findall(f"<div class=scroll>{tag}", whole)) == 1
     assert "://" not in whole and 'src="data:image/png;base64,' in whole and 'data-file="a.png"' in whole
-    assert page.picture(tmp_path / "none.png", "nothing") == ""
+    assert _picture(tmp_path / "none.png", "nothing") == ""
+
+
+def test_bytes_of_a_picture_are_not_worded(tmp_path):
+    """Their text may look like a number: ``/12e5/`` is no 12 × 10⁵."""
+    (tmp_path / "a.png").write_bytes(base64.b64decode("AA/12e5/AAAA"))
+    assert 'base64,AA/12e5/AAAA"' in _picture(tmp_path / "a.png", "1e5 grains")
+
+
+@pytest.mark.parametrize("text", ["<script>alert(1)</script>", "<b>", '"><img src=x>'])
+def test_no_text_of_a_case_becomes_a_tag(tmp_path, text):
+    """Nowhere that text stands: headline, title, heads, cells, small print, verdicts, captions."""
+    cells = [text, page.Cell(text, key=text), page.Cell(text, style="fail")]
+    table = page.render(page.PARTS, "table", head=[text, (text, text)], rows=[cells], notes=(0,))
+    row = {"name": text, "value": text, "limit": 1.0, "verdict": "pass", "unit": text, "note": text}
+    (tmp_path / "a.png").write_bytes(b"")
+    whole = pages.document(text, [table, page.ledger([row]), _picture(tmp_path / "a.png", text)])
+    assert text not in whole and whole.count(markupsafe.escape(text)) >= 12
+
+
+def test_a_fact_that_is_missing_is_an_error():
+    with pytest.raises(jinja2.UndefinedError, match="rows"):
+        page.render(page.PARTS, "table", head=["x"])
 
 
 def test_a_ledger_in_words():
@@ -88,10 +118,10 @@ def test_nothing_makes_the_page_itself_scroll_sideways(tmp_path, width):
     from PIL import Image
 
     Image.new("RGB", (1400, 300)).save(tmp_path / "wide.png")
-    wide = page.table(
+    wide = pages.table(
         ["quantity", *[f"column {k}" for k in range(12)]], [["apparent diameter", *["(24.16 ± 0.72) × 10⁶ km³"] * 12]]
     )
-    notes = page.table(["file", "note"], [["x", page.breakable("a" * 60 + ",b=" + "c/" * 200)]], notes=(1,))
+    notes = pages.table(["file", "note"], [["x", "a" * 60 + ",b=" + "c/" * 200]], notes=(1,))
     words = f"<p>{'volume_below_the_datum_' * 12}</p>"
     measured = (
         "<script>addEventListener('load',function(){var d=document.documentElement,out=[d.scrollWidth,innerWidth];"
@@ -99,7 +129,7 @@ def test_nothing_makes_the_page_itself_scroll_sideways(tmp_path, width):
         "parent.postMessage(out.join(' '),'*')})</script>"
     )
     (tmp_path / "p.html").write_text(
-        page.document("A page", [words, wide, notes, page.picture(tmp_path / "wide.png", "wide"), measured])
+        pages.document("A page", [words, wide, notes, _picture(tmp_path / "wide.png", "wide"), measured])
     )
     # in a frame: a headless window has a least width of 500
     frame = "<script>addEventListener('message',function(e){document.documentElement.dataset.found=e.data})</script>"

@@ -24,7 +24,6 @@ from fixtures import synthetic_craters as synthetic
 from matter.errors import InputError, Unsound
 from matter.files import archive, snapshot
 from matter.particles import Particles
-from matter.wording import page
 from pipeline import cli
 from pipeline.case import read as cases
 from pipeline.case import stages
@@ -32,6 +31,7 @@ from pipeline.running import going_on
 from pipeline.running.request import Request
 from pipeline.running.run import run
 from pipeline.store import folder, intact, store, view
+from tests import pages
 from tests.pipeline import warm
 from tests.pipeline.test_flown_page import catalogue
 from tests.pipeline.test_store import Recorder
@@ -117,7 +117,7 @@ def half_made(out: Path, stage: str) -> None:
         snapshot.write(Particles(fields, {"time": 0.0, "stage": stage}), out / "snap_0000.vtkhdf")
     if stage == "crater":
         catalogue(out / "ejecta.h5")
-        (out / "report.html").write_text(page.document("A", ["before"]))
+        (out / "report.html").write_text(pages.document("A", ["before"]))
 
 
 @pytest.mark.parametrize("stage", STAGES)

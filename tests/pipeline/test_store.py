@@ -15,6 +15,7 @@ from pathlib import Path
 import pytest
 
 from matter import progress
+from matter.case.body import Model
 from matter.errors import InputError, UnphysicalState
 from matter.files import lock
 from pipeline.case import read as cases
@@ -195,6 +196,13 @@ def test_other_code_never_serves_as_this_one_s_result(go, monkeypatch):
     ).startswith("2_sph")
     second, screen = go("dem.contact.friction=0.4")
     assert "sph" in screen.made() and not (second / "2_sph").samefile(first / "2_sph")
+
+
+@pytest.mark.parametrize(("stage", "writes_a_page"), [("sph", False), ("handoff", True), ("crater", True)])
+def test_the_style_of_pages_makes_only_stages_with_a_page_anew(monkeypatch, stage, writes_a_page):
+    before, read = identity.sources_of(stage, Model()), Path.read_bytes
+    monkeypatch.setattr(Path, "read_bytes", lambda path: b"" if path.name == "page.css" else read(path))
+    assert (identity.sources_of(stage, Model()) != before) == writes_a_page
 
 
 def test_threads_count_where_bits_depend_on_them(go, monkeypatch):

@@ -100,6 +100,17 @@ def test_no_line_is_above_119_characters():
     assert house.wide_lines(ROOT) == []
 
 
+def test_a_tag_in_python_is_found(tmp_path):
+    (tmp_path / "sph").mkdir()
+    lines = ['a = "<p>x</p>"', 'b = f"<td class={a}>"', 'c = "a < b > c, <run>, x<y"', 'd = "&beta;"', 'e = "</body>"']
+    (tmp_path / "sph" / "a.py").write_text("\n".join(lines))
+    assert house.tags_in_python(tmp_path) == [f"sph/a.py:{line}" for line in (1, 2, 4, 5)]
+
+
+def test_tags_stand_in_templates():
+    assert house.tags_in_python(ROOT) == []
+
+
 def test_every_dependency_has_a_tested_version():
     """``constraints.txt`` names each library that pyproject.toml asks for, in a version that it allows."""
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
