@@ -172,14 +172,14 @@ def _one_friction(document: dict[str, Any], sph: Any) -> dict[str, Any]:
     their friction; the steepest that such grains reach where the ground's is steeper."""
     contact = document.get("dem", {}).get("contact", {}) if isinstance(document.get("dem"), dict) else None
     shell = contact.get("shell", {}) if isinstance(contact, dict) else None
-    if sph is None or not sph.strength or not isinstance(shell, dict):
+    if not getattr(sph, "strength", False) or not isinstance(shell, dict):
         return document
     if not isinstance(contact, dict) or "friction_angle" in contact or {"friction", "shape"} & set(shell):
         return document
     if (soil := sph.chosen_materials().loose(sph.target.layers[-1].material)) is None:
         return document
     reached = min(math.degrees(soil.friction_angle), angle_of_friction.STEEPEST)
-    return overlay.assigned(document, ("dem", "contact", "friction_angle"), f"{reached:.6g} deg")
+    return overlay.assigned(document, ("dem", "contact", "friction_angle"), f"{reached:.12g} deg")
 
 
 def _own_densities(sph: Any) -> dict[str, AtRest]:

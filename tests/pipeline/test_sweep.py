@@ -169,7 +169,7 @@ def test_members_share_what_comes_before_and_end_in_one_table(sweep):
     assert arrays["final.depth_m_sigma"][0] == 2.6e4 and np.isnan(arrays["final.depth_m"][2])
     assert arrays["dem.contact.friction"].tolist() == [0.3, 0.4, 0.4]
     page = (one.folder / sweep_table.PAGE).read_text()
-    assert "<h1>2 of 3 members are done, depth 12 km, 0 settled</h1>" in page
+    assert "<h1>2 of 3 members are done, 1 failed, depth 12 km, 0 settled</h1>" in page
     assert "2 of 3 members are done" in page and "Against dem.contact.friction" in page and "<img" in page
     assert (one.folder / "m02" / "6_crater" / "measures.json").is_file() and "m03" in sweep_table.text(rows)
     status = sweep_run.status(one)
