@@ -340,7 +340,8 @@ def test_members_that_fail_are_counted_and_listed_and_more_members_redo_none(swe
         assert row["impact.speed"] == member.values["impact.speed"]
     counted = "2 of 3 members are done, 1 failed. 2 run all stages, the others end with the shock stage."
     page = (one.folder / sweep_table.PAGE).read_text()
-    assert all(part in page for part in counted.rstrip(".").split(". ")) and "Members that failed" in page and page.count("handoff: no snapshot near") == 1
+    assert all(part in page for part in counted.rstrip(".").split(". "))
+    assert "Members that failed" in page and page.count("handoff: no snapshot near") == 1
     told = sweep_table.text(rows)
     assert counted in told and f"{bad.name} failed: handoff: no snapshot near that time" in told
     assert "no snapshot near that time" in sweep_run.status(one)
