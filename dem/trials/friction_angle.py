@@ -158,7 +158,7 @@ def resolved(contact: Contact) -> Contact:
 def _as_measured(contact: Contact) -> bool:
     """Whether the law is the default one, but for friction and cohesion, which the cell leaves out."""
     shell = {"restitution", "restitution_tangential", "shape", "rolling", "twisting"}
-    law = {"tangential_stiffness_ratio": True, "attractive_tail": True, "shell": shell}
+    law: Any = {"tangential_stiffness_ratio": True, "attractive_tail": True, "shell": shell}
     return contact.model_dump(include=law) == Contact().model_dump(include=law)
 
 
