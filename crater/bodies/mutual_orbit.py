@@ -30,7 +30,8 @@ companion. They leave the pair where U^2 > 2 mu / d, on a hyperbola with
     dP = p - sum of m U_inf over what leaves the pair,   beta(e) = dP . e / (p . e)
 
 Two conics are patched: the body's pull, which bends no path here, is done before the companion's begins. This is the
-beta of the pair's motion about the Sun; what falls back or onto the companion keeps its momentum in the pair.
+beta of the pair's motion about the Sun; what falls back or onto the companion keeps its momentum in the pair. It can
+exceed the body's own: what is thrown forward takes its orbital momentum with it, m v_0 M / (M + m).
 """
 
 from __future__ import annotations
