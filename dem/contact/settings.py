@@ -76,8 +76,9 @@ class Contact(_Choices):
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
-    """Friction angle by principal stresses; when it is set, ``shell.friction`` is chosen so that steady shear of the
-    grains has it (``dem.trials.friction_angle``)."""
+    """Friction angle by principal stresses: ``shell.friction`` is chosen so that steady shear of the grains has it
+    (``dem.trials.friction_angle``). By default that of the ground of the shock stage, where its strength is
+    ``drucker_prager`` and the case gives neither friction nor shape of the grains."""
     tangential_stiffness_ratio: Fraction = 2.0 / 7.0
     """Tangential over normal stiffness, k_t / k_n."""
     attractive_tail: bool = True
