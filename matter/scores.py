@@ -4,9 +4,11 @@
     interval    u - l + (2 / alpha) max(l - y, 0) + (2 / alpha) max(y - u, 0)             [l, u] holds 1 - alpha
     Brier       sum_k (p_k - o_k)^2, o_k = 1 for the class that is found and 0 for the others
     log         -ln p of the class that is found
+    energy      the CRPS with |.| the length of a vector: of several quantities jointly, each over the standard
+                deviation of its draws
     PIT         part of the draws below y: even over [0, 1] where forecasts are honest
 
-Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102, 359 (4.2, 6.2); the fair CRPS: Ferro 2014, Q. J. R. Meteorol.
+Gneiting & Raftery 2007, J. Am. Stat. Assoc. 102, 359 (4.2, 4.3, 6.2); the fair CRPS: Ferro 2014, Q. J. R. Meteorol.
 Soc. 140, 1917. An error sigma of y is added to the draws, as normal scores in an order that is always the same.
 """
 
@@ -16,6 +18,7 @@ import math
 from collections.abc import Mapping
 
 import numpy as np
+from scipy.spatial.distance import pdist
 from scipy.special import ndtri
 
 SOURCES = ("GneitingRaftery2007", "Ferro2014")
@@ -27,6 +30,17 @@ def crps(draws: np.ndarray, observed: float) -> float:
     count = len(x)
     spread = (2.0 * np.arange(1, count + 1) - count - 1.0) @ x / (count * (count - 1.0))
     return float(np.mean(np.abs(x - observed)) - spread)
+
+
+def energy(draws: np.ndarray, observed: np.ndarray) -> float:
+    """The fair energy score of joint draws (n, d) against what was observed (d,), with no unit; NaN where a quantity's
+    draws are all alike."""
+    x = np.asarray(draws, dtype=float)
+    size = x.std(axis=0)
+    if not np.all(size > 0.0):
+        return math.nan
+    away = np.linalg.norm((x - observed) / size, axis=1)
+    return float(away.mean() - 0.5 * pdist(x / size).mean())
 
 
 def interval(draws: np.ndarray, observed: float, level: float = 0.95) -> float:

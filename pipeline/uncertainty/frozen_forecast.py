@@ -8,15 +8,21 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from matter import scores
 from matter.errors import InputError
 from matter.files import archive
 from pipeline.store import provenance
 
+JOINT = "jointly"
+"""The row of all observed quantities together: how they hang together is forecast as well."""
+
 
 def score(forecast: str | Path, observed: Mapping[str, Any], column: str = "") -> list[dict[str, Any]]:
     """A row of scores (``matter.scores``) for each entry of ``observed``: a quantity's value, or (value, sigma), in
-    the unit of the file; ``class`` by its name; ``excited`` true or false. ``column``: the headline where left out.
+    the unit of the file; ``class`` by its name; ``excited`` true or false; of two quantities and more the row
+    ``JOINT``. ``column``: the headline where left out.
 
     Raises ``InputError`` where a file is missing, damaged or not as it was frozen (``SHA256SUMS``), where a name is
     not in the forecast, or is no forecast in that column but a condition of it.
@@ -31,7 +37,8 @@ def score(forecast: str | Path, observed: Mapping[str, Any], column: str = "") -
         raise InputError(f"{path} has no column {column!r} (it has {', '.join(content['columns'])})")
     quantities = {entry["name"]: entry for entry in content["quantity"]}
     arrays, _ = archive.read(draws)
-    rows = []
+    rows: list[dict[str, Any]] = []
+    drawn, seen = [], []
     for name, given in observed.items():
         if name in ("class", "excited"):
             rows.append(of_kind(name, given, content, column))
@@ -47,6 +54,8 @@ def score(forecast: str | Path, observed: Mapping[str, Any], column: str = "") -
         if not (math.isfinite(value) and 0.0 <= sigma < math.inf):
             raise InputError(f"observed {name}: {value} +- {sigma} is no value with an error of 0 or more")
         x = scores.blurred(arrays[f"{column}/{name}"], sigma)
+        drawn.append(x)
+        seen.append(float(value))
         rows.append(
             {
                 "quantity": name, "unit": quantities[name]["unit"], "observed": float(value),
@@ -54,6 +63,8 @@ def score(forecast: str | Path, observed: Mapping[str, Any], column: str = "") -
                 "interval_95": scores.interval(x, value), "pit": scores.pit(x, value),
             }
         )  # fmt: skip
+    if len(drawn) > 1:
+        rows.append({"quantity": JOINT, "energy": scores.energy(np.column_stack(drawn), np.array(seen))})
     return rows
 
 

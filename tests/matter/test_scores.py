@@ -42,3 +42,22 @@ def test_the_error_of_what_is_observed_widens_the_draws():
     assert np.std(wide) == pytest.approx(1.25, rel=0.02)
     assert np.mean(wide) == pytest.approx(0.0, abs=1e-9)
     assert np.array_equal(scores.blurred(X, 0.0), X)
+
+
+def test_the_energy_score_of_one_quantity_is_its_crps_in_standard_deviations():
+    draws = np.random.default_rng(2).gamma(2.0, 3.0, 500)
+    assert scores.energy(draws[:, None], np.array([4.0])) == pytest.approx(scores.crps(draws, 4.0) / draws.std())
+
+
+def test_the_energy_score_rewards_what_hangs_together():
+    """Two quantities that move together, seen many times: a forecast with their correlation scores better than one
+    with the same draws of each and none; by hand for two draws."""
+    rng = np.random.default_rng(3)
+    cover = [[1.0, 0.95], [0.95, 1.0]]
+    joint = rng.multivariate_normal([0.0, 0.0], cover, 600)
+    alone = np.column_stack([joint[:, 0], rng.permutation(joint[:, 1])])
+    seen = rng.multivariate_normal([0.0, 0.0], cover, 300)
+    better = np.array([scores.energy(alone, y) - scores.energy(joint, y) for y in seen])
+    assert better.mean() > 3.0 * better.std() / math.sqrt(len(better))
+    assert scores.energy(np.array([[0.0, 0.0], [2.0, 2.0]]), np.array([2.0, 0.0])) == pytest.approx(2.0 - 2.0**0.5)
+    assert math.isnan(scores.energy(np.array([[0.0, 1.0], [0.0, 2.0]]), np.array([0.0, 1.0])))

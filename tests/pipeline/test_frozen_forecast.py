@@ -19,6 +19,8 @@ def test_what_was_observed_is_scored():
     draws = archive.read(FORECAST.with_name("hera_v0_draws.h5"))[0]["makadia/mass"]
     assert table.loc["mass", "crps"] == pytest.approx(scores.crps(draws, 2.6e9), rel=0.01)
     assert table.loc["hollow", "interval_95"] > 1000.0  # far outside
+    near = bolide.score(FORECAST, {"mass": (2.6e9, 2e7), "hollow": 117.0})
+    assert 0.1 < near.loc["jointly", "energy"] < 1.0 < table.loc["jointly", "energy"] < 6.0
     assert table.loc["class", "brier"] == pytest.approx(0.7739**2 + 0.7329**2 + 0.041**2, abs=1e-3)
     assert table.loc["excited", "chance"] == pytest.approx(0.4021)
     flat = bolide.score(FORECAST, {"mass": 4.3e9}, column="flat")
