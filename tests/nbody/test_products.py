@@ -123,6 +123,7 @@ def test_corrected_population_is_the_flux_of_its_orbits():
         assert ks_2samp(brute[:, k], drawn[:, k]).pvalue > 1e-3
 
 
+@pytest.mark.validation
 def test_census_leaves_tables_and_pictures(tmp_path, capsys):
     assert census.census("callisto", "literal", "tube", 300, 2, tmp_path) == 0
     printed = capsys.readouterr().out.splitlines()

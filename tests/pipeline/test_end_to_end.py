@@ -87,6 +87,7 @@ def test_every_stage_is_done_and_a_crater_is_measured(whole):
     assert "BenzAsphaug1999" in (run_folder / "references.bib").read_text()
 
 
+@pytest.mark.validation
 def test_one_snapshot_of_the_run_gives_the_numbers_of_the_run(whole, tmp_path, capsys):
     """Both stages, through what the command calls, on what the run kept and on what the snapshots carry; once through
     the command in a process of its own."""

@@ -319,6 +319,7 @@ def sweep(case_folder, tmp_path, fake_stages, monkeypatch):
     return make
 
 
+@pytest.mark.validation
 def test_members_that_fail_are_counted_and_listed_and_more_members_redo_none(sweep):
     one = sweep(3, 2)
     bad, good = sorted(one.members[:2], key=lambda member: member.drawn["time"])

@@ -41,7 +41,9 @@ def expected(drive, case_folder, tmp_path, whole) -> str:
     return whole["x"]
 
 
-@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT, signal.SIGKILL])
+@pytest.mark.parametrize(
+    "number", [pytest.param(signal.SIGTERM, marks=pytest.mark.validation), signal.SIGINT, signal.SIGKILL]
+)
 def test_an_interrupted_run_ends_bitwise_equal(drive, case_folder, tmp_path, expected, number):
     slow = (case_folder, "--out", tmp_path / "runs", *STEPS, "--set", "sph.sleep_s=0.05")
     process = drive(*slow, wait=False)

@@ -77,6 +77,7 @@ def test_plastic_strain_is_what_was_sheared_less_what_is_elastic():
     )
 
 
+@pytest.mark.validation
 def test_a_material_that_does_not_harden_keeps_its_stress_to_the_last_bit_beside_one_that_does():
     plain, _ = sheared("basalt", Choice(damage="none"), 50, 1e-2)
     materials = collect(("basalt",), {"basalt": Choice(damage="none")})
