@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from crater.bodies import exchange, height_map, look, measured
+from crater.bodies import body_state, exchange, height_map, measured
+from crater.bodies.body_comparison import BodyComparison, Pair
 from crater.bodies.classes import classed
 from crater.bodies.mutual_orbit import Orbit
-from crater.bodies.seen import Pair, Seen
 from crater.measures.measure import Measures
 from crater.measures.uncertainty import Quantity
 from matter.errors import InputError
@@ -40,38 +40,38 @@ class Body:
 
 @dataclass(frozen=True)
 class BodyStage:
-    """What a stage (``sph``, ``dem``) left: ``seen`` in the snapshot ``path`` at ``time`` [s], all ``measures``, and
-    what it is, ``kind`` (``crater.bodies.classes``) with its ``reason``."""
+    """What a stage (``sph``, ``dem``) left in the snapshot ``path`` at ``time`` [s], ``compared`` with the body before,
+    all ``measures``, and what it is, ``kind`` (``crater.bodies.classes``) with its ``reason``."""
 
     stage: str
     path: Path
     time: float
-    seen: Seen
+    compared: BodyComparison
     measures: Mapping[str, Quantity | Pair]
     kind: str
     reason: str
 
     def as_dict(self, run: Path) -> dict[str, Any]:
         """JSON-ready: the measures, and the vectors behind them in the frame of the run and in the body's own."""
-        seen, turn = self.seen, self.seen.shape.placed.turn
+        compared, turn = self.compared, self.compared.shape.placed.turn
         vectors = {
-            "beta": seen.moved.vector,
-            "delta_v_m_s": seen.moved.change,
-            "momentum_that_stays_kg_m_s": seen.moved.stays,
-            "angular_velocity_before_1_s": seen.omega,
-            "angular_velocity_1_s": seen.last.rotation,
-            "centre_of_mass_moved_m": seen.last.centre - seen.first.centre,
-            "normal": seen.shape.placed.normal,
-            "flight": seen.moved.brought / np.linalg.norm(seen.moved.brought),
-            **({} if seen.track is None else {"along_track": seen.track}),
+            "beta": compared.moved.vector,
+            "delta_v_m_s": compared.moved.change,
+            "momentum_that_stays_kg_m_s": compared.moved.stays,
+            "angular_velocity_before_1_s": compared.omega,
+            "angular_velocity_1_s": compared.last.rotation,
+            "centre_of_mass_moved_m": compared.last.centre - compared.first.centre,
+            "normal": compared.shape.placed.normal,
+            "flight": compared.moved.brought / np.linalg.norm(compared.moved.brought),
+            **({} if compared.track is None else {"along_track": compared.track}),
         }
         return {
             "class": self.kind,
             "class_reason": self.reason,
             "snapshot": self.path.relative_to(run).as_posix(),
             "time_s": self.time,
-            "noise_spacings": seen.chart.noise,
-            "points": len(seen.chart.points.position),
+            "noise_spacings": compared.chart.noise,
+            "points": len(compared.chart.points.position),
             "measures": {name: entry.as_dict() for name, entry in self.measures.items()},
             "vectors": {name: value.tolist() for name, value in vectors.items()},
             "vectors_own_frame": {name: (value @ turn).tolist() for name, value in vectors.items()},
@@ -111,23 +111,25 @@ def of_stage(body: Body, stage: str, before: Path, after: Path, crater: Measures
     for path, particles in ((before, first), (after, last)):
         if missing := {"identity", "mass", "velocity"} - set(particles):
             raise InputError(f"{path} lacks {', '.join(sorted(missing))}")
-    seen = seen_of(body, first, last, before.name, after.name)
-    measures = measured.all_of(seen)
-    kind, reason = classed(seen, measures, crater)
-    return BodyStage(stage, after, float(last.attributes.get("time", np.nan)), seen, measures, kind, reason)
+    compared = compare_bodies(body, first, last, before.name, after.name)
+    measures = measured.all_of(compared)
+    kind, reason = classed(compared, measures, crater)
+    return BodyStage(stage, after, float(last.attributes.get("time", np.nan)), compared, measures, kind, reason)
 
 
-def seen_of(body: Body, first: Particles, last: Particles, before: str = "before", after: str = "after") -> Seen:
+def compare_bodies(
+    body: Body, first: Particles, last: Particles, before: str = "before", after: str = "after"
+) -> BodyComparison:
     """A body in the snapshots ``first`` and ``last``."""
     tracker = PoseTracker(first)
     if "layer" in first:  # before the impact the projectile is no part of the body
         first = first.select(first.layer >= 0)
     one, two = (
-        look.at(particles, body.shape, tracker, body.gravity, body.rise, name)
+        body_state.at(particles, body.shape, tracker, body.gravity, body.rise, name)
         for particles, name in ((first, before), (last, after))
     )
     chart = height_map.surface_change(body.shape, one, two)
-    return Seen(
+    return BodyComparison(
         body.shape,
         body.omega,
         one,
@@ -143,7 +145,7 @@ def write_map(stage: BodyStage, path: Path) -> None:
     """The map of the body in its own frame, as triangles that ParaView and pyvista open."""
     from matter.files import surface_file
 
-    chart, placed = stage.seen.chart, stage.seen.shape.placed
+    chart, placed = stage.compared.chart, stage.compared.shape.placed
     own = chart.points.position @ placed.turn
     latitude, longitude = latitude_longitude(own)
     fields = {

@@ -21,7 +21,7 @@ _MIXED = 4
 
 def draw_all(stage: BodyStage, folder: Path) -> None:
     """Every picture of a body."""
-    chart = stage.seen.chart
+    chart = stage.compared.chart
     limit = max(float(np.quantile(np.abs(chart.change), 0.998)), 1e-9)
     scale, unit = readable.length_unit(limit)
     style = dict(cmap="RdBu_r", vmin=-limit * scale, vmax=limit * scale)
@@ -36,7 +36,7 @@ def draw_all(stage: BodyStage, folder: Path) -> None:
 def on_directions(stage: BodyStage, values: np.ndarray, direction: np.ndarray) -> np.ndarray:
     """Values (n,) of the map in some directions (m, 3) from the centre in the body's own frame, mixed of the nearest
     points."""
-    own = stage.seen.chart.points.position @ stage.seen.shape.placed.turn
+    own = stage.compared.chart.points.position @ stage.compared.shape.placed.turn
     tree = cKDTree(own / np.linalg.norm(own, axis=1)[:, None])
     away, near = tree.query(direction, k=_MIXED)
     weight = 1.0 / np.maximum(away, 1e-9) ** 2
@@ -47,7 +47,7 @@ def _draw(stage: BodyStage, values: np.ndarray, label: str, style: dict[str, Any
     """A map of the whole body in latitude and longitude, and one of the surroundings of the site."""
     from matplotlib.ticker import MultipleLocator
 
-    placed = stage.seen.shape.placed
+    placed = stage.compared.shape.placed
     site = np.array([[0.0, 0.0, placed.height]]) @ placed.turn
     lat0, lon0 = (float(angle[0]) for angle in latitude_longitude(site))
     fig = figure(11.0, 3.9)
@@ -57,8 +57,8 @@ def _draw(stage: BodyStage, values: np.ndarray, label: str, style: dict[str, Any
         lon, lat = np.meshgrid(np.linspace(west, east, 361), np.linspace(south, north, 181))
         cos = np.cos(np.radians(lat))
         towards = np.stack([cos * np.cos(np.radians(lon)), cos * np.sin(np.radians(lon)), np.sin(np.radians(lat))], -1)
-        seen = on_directions(stage, values, towards.reshape(-1, 3)).reshape(lon.shape)
-        drawn = axis.pcolormesh(lon, lat, seen, shading="nearest", rasterized=True, **style)
+        shown = on_directions(stage, values, towards.reshape(-1, 3)).reshape(lon.shape)
+        drawn = axis.pcolormesh(lon, lat, shown, shading="nearest", rasterized=True, **style)
         axis.plot(lon0, lat0, "k+", markersize=9)
         axis.set(xlim=(west, east), ylim=(south, north), xlabel="longitude, east [deg]")
         axis.xaxis.set_major_locator(MultipleLocator(45.0 if axis is whole else 15.0))
@@ -80,7 +80,7 @@ def _about(lat: float, lon: float) -> tuple[float, float, float, float]:
 def cuts(stage: BodyStage) -> list[tuple[str, str, str, np.ndarray, np.ndarray]]:
     """Name, names of the axes, and directions (3,) of the axes, in the frame of the run, of three planes through the
     centre."""
-    placed = stage.seen.shape.placed
+    placed = stage.compared.shape.placed
     up, spin = np.array([0.0, 0.0, 1.0]), placed.spin_axis
     east = np.cross(spin, up)
     if np.linalg.norm(east) < 1e-6:  # the site is a pole
@@ -108,7 +108,7 @@ def draw_outlines(stage: BodyStage, path: Path) -> None:
     """The ground before and after in three cuts."""
     from matplotlib.collections import LineCollection
 
-    chart, shape = stage.seen.chart, stage.seen.shape
+    chart, shape = stage.compared.chart, stage.compared.shape
     scale, unit = readable.length_unit(shape.solid.extent)
     fig = figure(12.0, 4.1)
     for axis, (title, across, along, first, second) in zip(fig.subplots(1, 3), cuts(stage)):

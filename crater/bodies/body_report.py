@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from crater.bodies import body_plot, body_view
+from crater.bodies.body_comparison import Pair
 from crater.bodies.body_findings import BodyStage
-from crater.bodies.seen import Pair
 from matter.wording import page, readable
 from matter.wording.body_measures import BY_NAME, PAIRS, SINGLES, TABLE
 
@@ -36,15 +36,15 @@ def section(stages: Sequence[BodyStage], out: Path) -> str:
     if not stages:
         return ""
     last = stages[-1]
-    after, when, seen = STAGES[last.stage], readable.clock(last.time), last.seen
-    beta = (readable.number(float(value), 3) for value in seen.moved.vector @ seen.shape.placed.turn)
+    after, when, compared = STAGES[last.stage], readable.clock(last.time), last.compared
+    beta = (readable.number(float(value), 3) for value in compared.moved.vector @ compared.shape.placed.turn)
     return page.render(
         "crater/bodies/templates/body_report.html.j2", "section",
         after=after, when=when, kind=WORDS[last.kind], reason=last.reason,
         labels=[(STAGES[stage.stage], readable.clock(stage.time)) for stage in stages],
         pairs=[[BY_NAME[name].words, *_cells(name, last)] for name in PAIRS],
         singles=[[BY_NAME[name].words, *(_cells(name, stage)[0] for stage in stages)] for name in SINGLES],
-        noise=readable.number(seen.chart.noise, 2), beta=", ".join(beta),
+        noise=readable.number(compared.chart.noise, 2), beta=", ".join(beta),
         view=body_view.of_stage(last, f"The body after {after} ({when})"),
         heights=out / body_plot.HEIGHTS, outlines=out / body_plot.OUTLINES, resurfaced=out / body_plot.RESURFACED,
     )  # fmt: skip

@@ -43,7 +43,7 @@ def data(stage: BodyStage, chart: HeightMap) -> dict[str, Any]:
     [m], and of the depth to which it is resurfaced (``resurfaced``), from 0 to ``deepest`` [m]. ``site`` (3,): where
     the impact was.
     """
-    turn = stage.seen.shape.placed.turn
+    turn = stage.compared.shape.placed.turn
     ends = [chart.ground(after) @ turn for after in (False, True)]
     half = max(float(np.linalg.norm(end, axis=1).max()) for end in ends)
     limit = max(float(np.quantile(np.abs(chart.change), 0.998)), 1e-9)
@@ -57,7 +57,7 @@ def data(stage: BodyStage, chart: HeightMap) -> dict[str, Any]:
         "before": turning_view.text(counts[0]), "after": turning_view.text(counts[1]),
         "triangles": turning_view.text(chart.points.triangles.astype("<u2")),
         "change": turning_view.text(change), "anew": turning_view.text(resurfaced),
-        "site": (np.array([0.0, 0.0, stage.seen.shape.placed.height]) @ turn / half).tolist(),
+        "site": (np.array([0.0, 0.0, stage.compared.shape.placed.height]) @ turn / half).tolist(),
         "colours": {"change": turning_view.colours("RdBu_r"), "anew": turning_view.colours("YlOrBr")},
     }  # fmt: skip
 
@@ -82,7 +82,7 @@ def html(content: Mapping[str, Any], title: str) -> str:
 
 def coarsened(stage: BodyStage) -> HeightMap:
     """The map, or what it says at fewer points."""
-    chart = stage.seen.chart
+    chart = stage.compared.chart
     n = len(chart.points.position)
     if n <= MOST_POINTS:
         return chart
@@ -90,7 +90,7 @@ def coarsened(stage: BodyStage) -> HeightMap:
 
     def spread_points(wider: float) -> Points:
         """Points that are this much further apart."""
-        return stage.seen.shape.surface_points(lambda position: wider * chart.spacing[near.query(position)[1]])
+        return stage.compared.shape.surface_points(lambda position: wider * chart.spacing[near.query(position)[1]])
 
     wider, fewer = np.sqrt(n / MOST_POINTS), chart.points
     for _ in range(6):  # a mesh of many facets has no fewer corners than these

@@ -35,8 +35,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crater.bodies.body_comparison import BodyComparison, Pair
 from crater.bodies.height_map import HeightMap
-from crater.bodies.seen import Pair, Seen
 from crater.measures.measure import Measures
 from crater.measures.uncertainty import Quantity
 from matter.wording import readable
@@ -84,25 +84,27 @@ def half_angle(fraction: float) -> float:
     return 2.0 * math.degrees(math.asin(math.sqrt(min(fraction, 1.0))))
 
 
-def grain_radius(seen: Seen, crater: Measures, diameter: float) -> float:
+def grain_radius(compared: BodyComparison, crater: Measures, diameter: float) -> float:
     """Mean radius of the body's grains [m], without what flies: ejecta are as fine as the particles that they were. Of
     a shock stage half the spacing at the rim."""
-    p = seen.after.particles
+    p = compared.after.particles
     if "radius" in p:
-        return float(p.radius[seen.after.body].mean())
+        return float(p.radius[compared.after.body].mean())
     columns = crater.ground.columns
     return 0.5 * float(np.interp(0.5 * diameter, columns.distance, columns.spacing))
 
 
-def classed(seen: Seen, measures: Mapping[str, Quantity | Pair], crater: Measures | None) -> tuple[str, str]:
+def classed(
+    compared: BodyComparison, measures: Mapping[str, Quantity | Pair], crater: Measures | None
+) -> tuple[str, str]:
     """The class of what the impact left, and why; ``crater``: what was measured at the site, None where nothing could
     be."""
     size = crater["diameter_apparent_m"].value if crater is not None else None
-    extent = extent_of(seen.chart)
+    extent = extent_of(compared.chart)
     far = f"the change of height is as if spread evenly over {extent.spread:.0%} of the surface"
     limit = f"the widest crater takes {LOCAL:.0%}"
     if crater is not None and size is not None:
-        fraction, radius = area_fraction(size, seen.chart), grain_radius(seen, crater, size)
+        fraction, radius = area_fraction(size, compared.chart), grain_radius(compared, crater, size)
         words = (
             f"a hollow {readable.length(size)} wide, {size / radius:.3g} radii of a grain, "
             f"{half_angle(fraction):.0f} deg to either side seen from the centre"
@@ -114,22 +116,22 @@ def classed(seen: Seen, measures: Mapping[str, Quantity | Pair], crater: Measure
         if size < RESOLVED * radius:
             return "not resolved", f"{words}: fewer than {RESOLVED:g} resolve nothing"
         return "crater", f"{words}; {far}"
-    resurfaced = f"{seen.chart.resurfaced_fraction:.1%} of the surface is resurfaced"
+    resurfaced = f"{compared.chart.resurfaced_fraction:.1%} of the surface is resurfaced"
     if extent.spread > LOCAL:
-        return "reshaped", "; ".join([f"{far}: {limit}", resurfaced, *_moved(seen, measures)])
+        return "reshaped", "; ".join([f"{far}: {limit}", resurfaced, *_moved(compared, measures)])
     if crater is not None and (crater["depth_m"].value or 0.0) > 0.0:
         return "not resolved", crater["diameter_apparent_m"].reason
-    if (moved := _moved(seen, measures)) or seen.chart.resurfaced_fraction > RESURFACED:
+    if (moved := _moved(compared, measures)) or compared.chart.resurfaced_fraction > RESURFACED:
         return "reshaped", "; ".join([f"no hollow at the site, {resurfaced}", *moved])
     return "no hollow", (
         f"nothing at the site is deeper than the noise of the ground, no axis changed beyond its error, {resurfaced}"
     )
 
 
-def _moved(seen: Seen, measures: Mapping[str, Quantity | Pair]) -> list[str]:
+def _moved(compared: BodyComparison, measures: Mapping[str, Quantity | Pair]) -> list[str]:
     """In words, the axes that changed by more than their error and than that of a change of height: grains that shake
     in their positions widen the ellipsoid of their inertia a little."""
-    noise = float(np.average(seen.chart.error, weights=seen.chart.points.area))
+    noise = float(np.average(compared.chart.error, weights=compared.chart.points.area))
     found = []
     for name, entry in measures.items():
         if not (name.startswith("axis_") and BY_NAME[name].unit == "m" and isinstance(entry, Pair)):

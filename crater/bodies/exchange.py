@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from crater.bodies.look import Look
+from crater.bodies.body_state import BodyState
 
 SOURCES = ("Cheng2023",)
 
@@ -50,18 +50,18 @@ class Exchange(NamedTuple):
         return self.stays / self.mass
 
 
-def momentum_exchange(before: Look, seen: Look, brought: np.ndarray) -> Exchange:
+def momentum_exchange(before: BodyState, after: BodyState, brought: np.ndarray) -> Exchange:
     """What looks at the body before and after show of a projectile that ``brought`` a momentum (3,) [kg m/s]."""
     whole = before.particles.select(before.body)
-    p = seen.particles
+    p = after.particles
     momentum = p.mass[:, None] * (p.velocity - whole.mass @ whole.velocity / whole.mass.sum())
     target = p.layer >= 0 if "layer" in p else np.ones(len(p), dtype=bool)
-    gone = ~seen.bound
+    gone = ~after.bound
     return Exchange(
         np.asarray(brought, dtype=float),
-        momentum[seen.bound].sum(axis=0),
+        momentum[after.bound].sum(axis=0),
         np.sqrt(np.sum(momentum[gone] ** 2, axis=0)),
-        float(p.mass[seen.bound].sum()),
+        float(p.mass[after.bound].sum()),
         float(p.mass[gone].sum()),
-        float(p.mass[target & ~seen.body].sum()),
+        float(p.mass[target & ~after.body].sum()),
     )

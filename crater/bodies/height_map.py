@@ -20,7 +20,7 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from crater.bodies import levels
-from crater.bodies.look import Look
+from crater.bodies.body_state import BodyState
 from matter.solids.body_shape import Points, Shape, enclosed
 
 MOVED = 1.0
@@ -71,7 +71,7 @@ class HeightMap(NamedTuple):
         return volume, float(np.sqrt(np.sum((self.points.area * patch * self.error**2)[resurfaced])))
 
 
-def surface_change(shape: Shape, before: Look, after: Look) -> HeightMap:
+def surface_change(shape: Shape, before: BodyState, after: BodyState) -> HeightMap:
     """The map of a body between two looks at it."""
     points = shape.surface_points(lambda position: levels.local_spacing(before.cloud, position))
     spacing = levels.local_spacing(before.cloud, points.position)
@@ -83,7 +83,7 @@ def surface_change(shape: Shape, before: Look, after: Look) -> HeightMap:
     return HeightMap(points, spacing, first, last, noise, deep)
 
 
-def unmoved(before: Look, after: Look) -> np.ndarray:
+def unmoved(before: BodyState, after: BodyState) -> np.ndarray:
     """(n,) of the particles of the body ``before``: whether they still belong to it, where they were against it."""
     one, two = before.particles, after.particles
     rows = np.flatnonzero(before.body)
@@ -100,8 +100,8 @@ def resurfaced_depth(
     spacing: np.ndarray,
     first: np.ndarray,
     last: np.ndarray,
-    before: Look,
-    after: Look,
+    before: BodyState,
+    after: BodyState,
 ) -> np.ndarray:
     """Depth (n,) [m] to which the ground under each point is resurfaced."""
     rests = unmoved(before, after)

@@ -1,5 +1,5 @@
 """The functions that measure a body after an impact, each named like its row in ``matter/wording/body_measures.py``:
-one argument, ``Seen``; one ``Quantity`` back, or a ``Pair`` of before and after.
+one argument, ``BodyComparison``; one ``Quantity`` back, or a ``Pair`` of before and after.
 
 What particles say of a body departs from the shape that they fill (``sampling``), and it depends on what is counted to
 it while matter still flies about it (``counted``: half of what the bound matter near it changes). A change has the
@@ -14,64 +14,64 @@ from collections.abc import Callable
 import numpy as np
 
 from crater.bodies import classes, hollow, mutual_orbit
+from crater.bodies.body_comparison import BodyComparison, Pair
 from crater.bodies.exchange import Exchange
-from crater.bodies.seen import Pair, Seen
 from crater.measures.uncertainty import Quantity, quantity
 from matter.solids import pose_tracker
 from matter.solids.body_shape import enclosed
 from matter.wording.body_measures import BY_NAME, TABLE
 
 
-def all_of(seen: Seen) -> dict[str, Quantity | Pair]:
+def all_of(compared: BodyComparison) -> dict[str, Quantity | Pair]:
     """Every measure of the table."""
-    return {row.name: globals()[row.name](seen) for row in TABLE}
+    return {row.name: globals()[row.name](compared) for row in TABLE}
 
 
-def _pair(name: str, values: tuple[float, float], sampling: float, counted: float, seen: Seen) -> Pair:
+def _pair(name: str, values: tuple[float, float], sampling: float, counted: float, compared: BodyComparison) -> Pair:
     unit = BY_NAME[name].unit
     one, two = values
     return Pair(
         quantity(one, {"sampling": sampling}, unit),
         quantity(two, {"sampling": sampling, "counted": counted}, unit),
-        quantity(two - one, {"sampling": sampling * seen.moved_fraction, "counted": counted}, unit),
+        quantity(two - one, {"sampling": sampling * compared.moved_fraction, "counted": counted}, unit),
     )
 
 
-def _of_axes(name: str, seen: Seen, of: Callable[[np.ndarray], float]) -> Pair:
+def _of_axes(name: str, compared: BodyComparison, of: Callable[[np.ndarray], float]) -> Pair:
     """A number made of the three axes."""
     one, two, given, more = (
-        float(of(axes)) for axes in (seen.first.axes, seen.last.axes, seen.axes, seen.counted.axes)
+        float(of(axes)) for axes in (compared.first.axes, compared.last.axes, compared.axes, compared.counted.axes)
     )
-    return _pair(name, (one, two), abs(one - given), 0.5 * abs(two - more), seen)
+    return _pair(name, (one, two), abs(one - given), 0.5 * abs(two - more), compared)
 
 
-def axis_a_m(seen: Seen) -> Pair:
+def axis_a_m(compared: BodyComparison) -> Pair:
     """The longest axis of the ellipsoid of equal inertia."""
-    return _of_axes("axis_a_m", seen, lambda axes: axes[0])
+    return _of_axes("axis_a_m", compared, lambda axes: axes[0])
 
 
-def axis_b_m(seen: Seen) -> Pair:
+def axis_b_m(compared: BodyComparison) -> Pair:
     """The middle one."""
-    return _of_axes("axis_b_m", seen, lambda axes: axes[1])
+    return _of_axes("axis_b_m", compared, lambda axes: axes[1])
 
 
-def axis_c_m(seen: Seen) -> Pair:
+def axis_c_m(compared: BodyComparison) -> Pair:
     """The shortest."""
-    return _of_axes("axis_c_m", seen, lambda axes: axes[2])
+    return _of_axes("axis_c_m", compared, lambda axes: axes[2])
 
 
-def axis_ratio_a_over_b(seen: Seen) -> Pair:
+def axis_ratio_a_over_b(compared: BodyComparison) -> Pair:
     """a / b."""
-    return _of_axes("axis_ratio_a_over_b", seen, lambda axes: axes[0] / axes[1])
+    return _of_axes("axis_ratio_a_over_b", compared, lambda axes: axes[0] / axes[1])
 
 
-def axis_ratio_a_over_c(seen: Seen) -> Pair:
+def axis_ratio_a_over_c(compared: BodyComparison) -> Pair:
     """a / c."""
-    return _of_axes("axis_ratio_a_over_c", seen, lambda axes: axes[0] / axes[2])
+    return _of_axes("axis_ratio_a_over_c", compared, lambda axes: axes[0] / axes[2])
 
 
-def _extent(name: str, seen: Seen, k: int) -> Pair:
-    (one, error), (two, later) = seen.extents(False), seen.extents(True)
+def _extent(name: str, compared: BodyComparison, k: int) -> Pair:
+    (one, error), (two, later) = compared.extents(False), compared.extents(True)
     unit = BY_NAME[name].unit
     return Pair(
         quantity(one[k], {"surface": error[k]}, unit),
@@ -80,26 +80,26 @@ def _extent(name: str, seen: Seen, k: int) -> Pair:
     )
 
 
-def extent_x_m(seen: Seen) -> Pair:
+def extent_x_m(compared: BodyComparison) -> Pair:
     """From end to end along x of the body's own frame."""
-    return _extent("extent_x_m", seen, 0)
+    return _extent("extent_x_m", compared, 0)
 
 
-def extent_y_m(seen: Seen) -> Pair:
+def extent_y_m(compared: BodyComparison) -> Pair:
     """Along y."""
-    return _extent("extent_y_m", seen, 1)
+    return _extent("extent_y_m", compared, 1)
 
 
-def extent_z_m(seen: Seen) -> Pair:
+def extent_z_m(compared: BodyComparison) -> Pair:
     """Along z."""
-    return _extent("extent_z_m", seen, 2)
+    return _extent("extent_z_m", compared, 2)
 
 
-def body_volume_m3(seen: Seen) -> Pair:
+def body_volume_m3(compared: BodyComparison) -> Pair:
     """Volume of the shape, and with what the ground gained over it."""
-    volume = seen.shape.solid.volume
-    gained, error = seen.chart.gained()
-    discrepancy = abs(enclosed(seen.chart.ground(False), seen.chart.points.triangles) - volume)
+    volume = compared.shape.solid.volume
+    gained, error = compared.chart.gained()
+    discrepancy = abs(enclosed(compared.chart.ground(False), compared.chart.points.triangles) - volume)
     return Pair(
         quantity(volume, {"sampling": discrepancy}, "m^3"),
         quantity(volume + gained, {"sampling": discrepancy, "surface": error}, "m^3"),
@@ -107,24 +107,24 @@ def body_volume_m3(seen: Seen) -> Pair:
     )
 
 
-def body_mass_kg(seen: Seen) -> Pair:
+def body_mass_kg(compared: BodyComparison) -> Pair:
     """Mass of the target before, of all that is bound after."""
-    p = seen.before.particles
+    p = compared.before.particles
     target = p.layer >= 0 if "layer" in p else np.ones(len(p), dtype=bool)
-    one, two = float(p.mass[target].sum()), seen.moved.mass
-    gone = seen.after.particles.mass[~seen.after.bound]
+    one, two = float(p.mass[target].sum()), compared.moved.mass
+    gone = compared.after.particles.mass[~compared.after.bound]
     counting = {"counting": float(np.sqrt(np.sum(gone**2)))}
     return Pair(
         quantity(one, {}, "kg"), quantity(two, counting, "kg"), quantity(two - one, counting, "kg")
     )  # fmt: skip
 
 
-def spin_period_s(seen: Seen) -> Pair:
+def spin_period_s(compared: BodyComparison) -> Pair:
     """Period of rotation: as the case gives it, and of the body's angular momentum."""
-    one, two = (float(np.linalg.norm(rate)) for rate in (seen.omega, seen.last.rotation))
-    sampling = float(np.linalg.norm(seen.first.rotation - seen.omega))
-    counted = 0.5 * float(np.linalg.norm(seen.last.rotation - seen.counted.rotation))
-    counting = _of_what_left(seen)
+    one, two = (float(np.linalg.norm(rate)) for rate in (compared.omega, compared.last.rotation))
+    sampling = float(np.linalg.norm(compared.first.rotation - compared.omega))
+    counted = 0.5 * float(np.linalg.norm(compared.last.rotation - compared.counted.rotation))
+    counting = _of_what_left(compared)
     error = math.hypot(sampling, counted, counting)
     none = Quantity(None, None, "s", "the body did not turn")
     slow = Quantity(None, None, "s", "the body turns no faster than its error")
@@ -137,92 +137,92 @@ def spin_period_s(seen: Seen) -> Pair:
     return Pair(before, quantity(period, parts, "s"), change)
 
 
-def _of_what_left(seen: Seen) -> float:
+def _of_what_left(compared: BodyComparison) -> float:
     """Error of the rotation [1/s] by counting the particles which took angular momentum with them."""
-    p, gone = seen.after.particles, ~seen.after.bound
+    p, gone = compared.after.particles, ~compared.after.bound
     spin = p.mass[gone, None] * np.cross(p.position[gone], p.velocity[gone])
-    held = seen.after.particles.select(seen.after.body)
+    held = compared.after.particles.select(compared.after.body)
     moments = pose_tracker.inertia(held.position - held.mass @ held.position / held.mass.sum(), held.mass)
     return float(np.linalg.norm(np.linalg.solve(moments, np.sqrt(np.sum(spin**2, axis=0)))))
 
 
-def spin_axis_turned_deg(seen: Seen) -> Quantity:
+def spin_axis_turned_deg(compared: BodyComparison) -> Quantity:
     """Angle between the axes of rotation."""
-    one, two = (float(np.linalg.norm(rate)) for rate in (seen.omega, seen.last.rotation))
+    one, two = (float(np.linalg.norm(rate)) for rate in (compared.omega, compared.last.rotation))
     if not (one > 0.0 and two > 0.0):
         return Quantity(None, None, "deg", "the body did not turn")
-    cross = float(np.linalg.norm(np.cross(seen.omega, seen.last.rotation)))
-    error = math.hypot(float(np.linalg.norm(seen.first.rotation - seen.omega)), _of_what_left(seen)) / two
+    cross = float(np.linalg.norm(np.cross(compared.omega, compared.last.rotation)))
+    error = math.hypot(float(np.linalg.norm(compared.first.rotation - compared.omega)), _of_what_left(compared)) / two
     return quantity(
-        math.degrees(math.atan2(cross, float(seen.omega @ seen.last.rotation))),
+        math.degrees(math.atan2(cross, float(compared.omega @ compared.last.rotation))),
         {"sampling": math.degrees(error)},
         "deg",
     )
 
 
-def centre_of_mass_moved_m(seen: Seen) -> Quantity:
+def centre_of_mass_moved_m(compared: BodyComparison) -> Quantity:
     """Way of the centre of mass against the half of the body that moved least."""
-    way = seen.last.centre - seen.first.centre
-    counted = 0.5 * float(np.linalg.norm(seen.last.centre - seen.counted.centre))
+    way = compared.last.centre - compared.first.centre
+    counted = 0.5 * float(np.linalg.norm(compared.last.centre - compared.counted.centre))
     return quantity(float(np.linalg.norm(way)), {"counted": counted}, "m")
 
 
-def _mean_square(seen: Seen) -> float:
-    area = seen.chart.points.area
-    return float(np.average(seen.chart.change**2, weights=area))
+def _mean_square(compared: BodyComparison) -> float:
+    area = compared.chart.points.area
+    return float(np.average(compared.chart.change**2, weights=area))
 
 
-def height_change_rms_m(seen: Seen) -> Quantity:
+def height_change_rms_m(compared: BodyComparison) -> Quantity:
     """RMS over the surface; the noise of what is resurfaced is its error."""
-    area, resurfaced = seen.chart.points.area, seen.chart.deep > 0.0
-    noise = math.sqrt(float(np.sum((area * seen.chart.error**2)[resurfaced]) / area.sum()))
-    return quantity(math.sqrt(_mean_square(seen)), {"surface": noise}, "m")
+    area, resurfaced = compared.chart.points.area, compared.chart.deep > 0.0
+    noise = math.sqrt(float(np.sum((area * compared.chart.error**2)[resurfaced]) / area.sum()))
+    return quantity(math.sqrt(_mean_square(compared)), {"surface": noise}, "m")
 
 
-def _extreme(seen: Seen, where: int) -> Quantity:
-    return quantity(float(seen.chart.change[where]), {"surface": float(seen.chart.error[where])}, "m")
+def _extreme(compared: BodyComparison, where: int) -> Quantity:
+    return quantity(float(compared.chart.change[where]), {"surface": float(compared.chart.error[where])}, "m")
 
 
-def height_change_lowest_m(seen: Seen) -> Quantity:
+def height_change_lowest_m(compared: BodyComparison) -> Quantity:
     """The deepest one."""
-    return _extreme(seen, int(np.argmin(seen.chart.change)))
+    return _extreme(compared, int(np.argmin(compared.chart.change)))
 
 
-def height_change_highest_m(seen: Seen) -> Quantity:
+def height_change_highest_m(compared: BodyComparison) -> Quantity:
     """The highest one."""
-    return _extreme(seen, int(np.argmax(seen.chart.change)))
+    return _extreme(compared, int(np.argmax(compared.chart.change)))
 
 
-def hollow_across_m(seen: Seen) -> Quantity:
+def hollow_across_m(compared: BodyComparison) -> Quantity:
     """Of the hollow that holds the deepest change."""
-    return hollow.across(seen.chart)
+    return hollow.across(compared.chart)
 
 
-def _counted(seen: Seen, fraction: float) -> Quantity:
+def _counted(compared: BodyComparison, fraction: float) -> Quantity:
     """A fraction of the surface; its error is that of counting patches of a spacing."""
-    chart = seen.chart
+    chart = compared.chart
     patches = float(np.sum(chart.points.area / chart.spacing**2))
     return quantity(fraction, {"counting": math.sqrt(max(fraction * (1.0 - fraction), 1.0 / patches) / patches)}, "1")
 
 
-def changed_share(seen: Seen) -> Quantity:
+def changed_share(compared: BodyComparison) -> Quantity:
     """Fraction of the surface whose height changed for sure."""
-    return _counted(seen, classes.extent_of(seen.chart).changed)
+    return _counted(compared, classes.extent_of(compared.chart).changed)
 
 
-def change_spread(seen: Seen) -> Quantity:
+def change_spread(compared: BodyComparison) -> Quantity:
     """Fraction over which that change would be spread were it even."""
-    return _counted(seen, classes.extent_of(seen.chart).spread)
+    return _counted(compared, classes.extent_of(compared.chart).spread)
 
 
-def resurfaced_share(seen: Seen) -> Quantity:
+def resurfaced_share(compared: BodyComparison) -> Quantity:
     """Fraction of the surface that is resurfaced."""
-    return _counted(seen, seen.chart.resurfaced_fraction)
+    return _counted(compared, compared.chart.resurfaced_fraction)
 
 
-def resurfaced_depth_m(seen: Seen) -> Quantity:
+def resurfaced_depth_m(compared: BodyComparison) -> Quantity:
     """Mean depth of what is resurfaced; half a spacing is its error."""
-    chart = seen.chart
+    chart = compared.chart
     resurfaced = chart.deep > 0.0
     if not resurfaced.any():
         return Quantity(None, None, "m", "nothing of the surface is resurfaced")
@@ -234,110 +234,112 @@ def resurfaced_depth_m(seen: Seen) -> Quantity:
     )
 
 
-def ejected_mass_kg(seen: Seen) -> Quantity:
+def ejected_mass_kg(compared: BodyComparison) -> Quantity:
     """Target matter that is not on the ground."""
-    return quantity(seen.moved.ejected, {}, "kg")
+    return quantity(compared.moved.ejected, {}, "kg")
 
 
-def escaping_mass_kg(seen: Seen) -> Quantity:
+def escaping_mass_kg(compared: BodyComparison) -> Quantity:
     """All that is unbound and moves outwards."""
-    gone = seen.after.particles.mass[~seen.after.bound]
-    return quantity(seen.moved.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
+    gone = compared.after.particles.mass[~compared.after.bound]
+    return quantity(compared.moved.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
 
 
-def pair_escaping_mass_kg(seen: Seen) -> Quantity:
+def pair_escaping_mass_kg(compared: BodyComparison) -> Quantity:
     """What of it leaves the companion too; its error as that of what leaves the body."""
-    if seen.moved_pair is None:
+    if compared.moved_pair is None:
         return Quantity(None, None, "kg", NO_COMPANION)
-    gone = seen.after.particles.mass[~seen.after.bound]
-    return quantity(seen.moved_pair.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
+    gone = compared.after.particles.mass[~compared.after.bound]
+    return quantity(compared.moved_pair.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
 
 
-def _beta(seen: Seen, direction: np.ndarray | None, moved: Exchange | None = None) -> Quantity:
+def _beta(compared: BodyComparison, direction: np.ndarray | None, moved: Exchange | None = None) -> Quantity:
     if direction is None:
         return Quantity(None, None, "1", NO_TRACK)
-    value, error = (moved or seen.moved).beta(direction)
+    value, error = (moved or compared.moved).beta(direction)
     return quantity(value, {"counting": error}, "1", "the projectile flew across this direction")
 
 
 NO_TRACK = "no orbit: the case has neither [target.companion] nor [crater] along_track"
 
 
-def beta_normal(seen: Seen) -> Quantity:
+def beta_normal(compared: BodyComparison) -> Quantity:
     """Along the normal of the surface at the site."""
-    return _beta(seen, seen.shape.placed.normal)
+    return _beta(compared, compared.shape.placed.normal)
 
 
-def beta_flight(seen: Seen) -> Quantity:
+def beta_flight(compared: BodyComparison) -> Quantity:
     """Along the projectile's flight."""
-    return _beta(seen, seen.moved.brought / np.linalg.norm(seen.moved.brought))
+    return _beta(compared, compared.moved.brought / np.linalg.norm(compared.moved.brought))
 
 
-def beta_along_track(seen: Seen) -> Quantity:
+def beta_along_track(compared: BodyComparison) -> Quantity:
     """Along the track of the orbit."""
-    return _beta(seen, seen.track)
+    return _beta(compared, compared.track)
 
 
-def beta_pair_normal(seen: Seen) -> Quantity:
+def beta_pair_normal(compared: BodyComparison) -> Quantity:
     """Of what leaves body and companion, along the normal of the surface at the site."""
-    if seen.moved_pair is None:
+    if compared.moved_pair is None:
         return Quantity(None, None, "1", NO_COMPANION)
-    return _beta(seen, seen.shape.placed.normal, seen.moved_pair)
+    return _beta(compared, compared.shape.placed.normal, compared.moved_pair)
 
 
-def beta_pair_flight(seen: Seen) -> Quantity:
+def beta_pair_flight(compared: BodyComparison) -> Quantity:
     """The same along the projectile's flight."""
-    if seen.moved_pair is None:
+    if compared.moved_pair is None:
         return Quantity(None, None, "1", NO_COMPANION)
-    return _beta(seen, seen.moved.brought / np.linalg.norm(seen.moved.brought), seen.moved_pair)
+    return _beta(compared, compared.moved.brought / np.linalg.norm(compared.moved.brought), compared.moved_pair)
 
 
-def delta_v_m_s(seen: Seen) -> Quantity:
+def delta_v_m_s(compared: BodyComparison) -> Quantity:
     """Size of the change of velocity."""
-    size = float(np.linalg.norm(seen.moved.stays))
-    error = float(np.linalg.norm(seen.moved.error * seen.moved.stays / max(size, 1e-300)))
-    return quantity(size / seen.moved.mass, {"counting": error / seen.moved.mass}, "m/s")
+    size = float(np.linalg.norm(compared.moved.stays))
+    error = float(np.linalg.norm(compared.moved.error * compared.moved.stays / max(size, 1e-300)))
+    return quantity(size / compared.moved.mass, {"counting": error / compared.moved.mass}, "m/s")
 
 
-def _along_track(seen: Seen, track: np.ndarray) -> tuple[float, float]:
-    error = float(np.linalg.norm(seen.moved.error * track))
-    return float(seen.moved.change @ track), error / seen.moved.mass
+def _along_track(compared: BodyComparison, track: np.ndarray) -> tuple[float, float]:
+    error = float(np.linalg.norm(compared.moved.error * track))
+    return float(compared.moved.change @ track), error / compared.moved.mass
 
 
-def delta_v_along_track_m_s(seen: Seen) -> Quantity:
+def delta_v_along_track_m_s(compared: BodyComparison) -> Quantity:
     """Its part along the track."""
-    if seen.track is None:
+    if compared.track is None:
         return Quantity(None, None, "m/s", NO_TRACK)
-    value, error = _along_track(seen, seen.track)
+    value, error = _along_track(compared, compared.track)
     return quantity(value, {"counting": error}, "m/s")
 
 
-def orbit_period_before_s(seen: Seen) -> Quantity:
+def orbit_period_before_s(compared: BodyComparison) -> Quantity:
     """Of the circle about the companion."""
-    if seen.orbit is None:
+    if compared.orbit is None:
         return Quantity(None, None, "s", NO_COMPANION)
-    return quantity(mutual_orbit.period(seen.orbit, seen.moved.mass, np.zeros(3)), {}, "s")
+    return quantity(mutual_orbit.period(compared.orbit, compared.moved.mass, np.zeros(3)), {}, "s")
 
 
-def orbit_period_change_s(seen: Seen) -> Quantity:
+def orbit_period_change_s(compared: BodyComparison) -> Quantity:
     """What the change of velocity makes of it."""
-    if seen.orbit is None:
+    if compared.orbit is None:
         return Quantity(None, None, "s", NO_COMPANION)
-    before = mutual_orbit.period(seen.orbit, seen.moved.mass, np.zeros(3))
-    after = mutual_orbit.period(seen.orbit, seen.moved.mass, seen.moved.change)
-    error = _along_track(seen, seen.orbit.track)[1]
-    shifted = mutual_orbit.period(seen.orbit, seen.moved.mass, seen.moved.change + error * seen.orbit.track)
+    before = mutual_orbit.period(compared.orbit, compared.moved.mass, np.zeros(3))
+    after = mutual_orbit.period(compared.orbit, compared.moved.mass, compared.moved.change)
+    error = _along_track(compared, compared.orbit.track)[1]
+    shifted = mutual_orbit.period(
+        compared.orbit, compared.moved.mass, compared.moved.change + error * compared.orbit.track
+    )
     return quantity(after - before, {"counting": abs(shifted - after)}, "s", "the body leaves its companion")
 
 
-def orbit_period_change_by_shape_s(seen: Seen) -> Quantity:
+def orbit_period_change_by_shape_s(compared: BodyComparison) -> Quantity:
     """What the change of shape adds to it, with the longest axis towards the companion before and after. Matter that
     is not settled (``counted``) is its error."""
-    if seen.orbit is None:
+    if compared.orbit is None:
         return Quantity(None, None, "s", NO_COMPANION)
     value, other = (
-        mutual_orbit.period_change_by_shape(seen.orbit, seen.moved.mass, seen.first.axes, body.axes)
-        for body in (seen.last, seen.counted)
+        mutual_orbit.period_change_by_shape(compared.orbit, compared.moved.mass, compared.first.axes, body.axes)
+        for body in (compared.last, compared.counted)
     )
     return quantity(value, {"counted": 0.5 * abs(value - other)}, "s")
 

@@ -41,8 +41,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from crater.bodies.body_state import BodyState
 from crater.bodies.exchange import Exchange
-from crater.bodies.look import Look
 from matter.constants import G
 
 SOURCES = ("MurrayDermott1999", "Nakano2024")
@@ -82,14 +82,14 @@ def period_change_by_shape(orbit: Orbit, body: float, before: np.ndarray, after:
     return -2.0 * change * period(orbit, body, np.zeros(3))
 
 
-def pair_exchange(orbit: Orbit, before: Look, seen: Look, brought: np.ndarray) -> Exchange:
+def pair_exchange(orbit: Orbit, before: BodyState, after: BodyState, brought: np.ndarray) -> Exchange:
     """What stays with body and companion of the momentum (3,) [kg m/s] that a projectile ``brought``."""
-    whole, p = before.particles.select(before.body), seen.particles
+    whole, p = before.particles.select(before.body), after.particles
     body = float(whole.mass.sum())
-    away = ~seen.bound
+    away = ~after.bound
     velocity = p.velocity[away] - whole.mass @ whole.velocity / body
     round_pair = math.sqrt(G * (orbit.mass + body) / orbit.distance) * orbit.mass / (orbit.mass + body)
-    own = _climbed(velocity, seen.well[away]) + round_pair * orbit.track
+    own = _climbed(velocity, after.well[away]) + round_pair * orbit.track
     last = _asymptotic(own, orbit.distance * orbit.outward, G * (orbit.mass + body))
     mass = p.mass[away]
     leaves = last.any(axis=1)

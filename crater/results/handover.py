@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from crater.bodies.seen import Pair
+from crater.bodies.body_comparison import Pair
 from crater.ground.surface import Undisturbed
 from crater.measures.measure import Quantity
 from crater.results import series

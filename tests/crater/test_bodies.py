@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from crater.bodies import body_findings, body_report, levels, measured
+from crater.bodies.body_comparison import BodyComparison, Pair
 from crater.bodies.body_findings import Body
-from crater.bodies.seen import Pair, Seen
 from crater.ground import datum, locate
 from crater.results.choices import Choices
 from crater.settings import Settings
@@ -52,8 +52,8 @@ def a_body(shape: Shape, brought=(0.0, 0.0, -1e7), **more) -> Body:
     return Body(shape=shape, brought=np.array(brought, dtype=float), **{**given, **more})
 
 
-def look_at(first: Particles, last: Particles, shape: Shape, **more) -> Seen:
-    return body_findings.seen_of(a_body(shape, **more), first, last)
+def look_at(first: Particles, last: Particles, shape: Shape, **more) -> BodyComparison:
+    return body_findings.compare_bodies(a_body(shape, **more), first, last)
 
 
 @pytest.fixture(scope="module")

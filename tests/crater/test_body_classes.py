@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from crater.bodies import body_findings, classes, hollow, measured
+from crater.bodies.body_comparison import BodyComparison
 from crater.bodies.body_findings import Body
 from crater.bodies.height_map import HeightMap
-from crater.bodies.seen import Seen
 from crater.ground import datum, locate
 from crater.measures.measure import Measures
 from crater.results.choices import Choices
@@ -59,7 +59,7 @@ def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40
     except InputError:  # the stage goes on without it
         pass
     hit = Body(shape, np.zeros(3), None, None, 1e-4, 50.0, np.array([0.0, 0.0, -1e7]))
-    seen: Seen = body_findings.seen_of(hit, before, after)
+    seen: BodyComparison = body_findings.compare_bodies(hit, before, after)
     return classes.classed(seen, measured.all_of(seen), crater)
 
 

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from crater.bodies.seen import Pair
+from crater.bodies.body_comparison import Pair
 from crater.measures.uncertainty import Quantity
 from crater.pages import report
 from crater.results.column_labels import ColumnLabel

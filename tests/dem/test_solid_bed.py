@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from crater.bodies import look
+from crater.bodies import body_state
 from dem import stage
 from dem.beds import slopes, solid_bed, solid_masses
 from dem.beds import stage as bed_stage
@@ -264,7 +264,7 @@ def test_what_escapes_counts_as_it_was_at_the_hill_sphere(tmp_path, made, body, 
     escapes = int(speed > 0.06)
     assert found["escaping_at_start"]["grains"] == found["escaping"]["grains"] == escapes
     assert found["left"] == int(leaves)
-    assert look.bound(last, look.depth_of_well(last)).sum() == len(last) - escapes
+    assert body_state.bound(last, body_state.depth_of_well(last)).sum() == len(last) - escapes
     if escapes:
         counted = found["escaping"]["momentum_kg_m_s"][2] / found["escaping"]["mass_kg"]
         assert (counted > 0.065) == companion and counted > 0.03

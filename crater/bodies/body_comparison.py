@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from crater.bodies import height_map, look, mutual_orbit
+from crater.bodies import body_state, height_map, mutual_orbit
+from crater.bodies.body_state import BodyState, Rigid
 from crater.bodies.exchange import Exchange
 from crater.bodies.height_map import HeightMap
-from crater.bodies.look import Look, Rigid
 from crater.bodies.mutual_orbit import Orbit
 from crater.measures.uncertainty import Quantity
 from matter.solids.body_shape import Shape
@@ -33,15 +33,15 @@ class Pair(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Seen:
+class BodyComparison:
     """A body ``before`` and ``after`` an impact: its ``shape`` and rotation ``omega`` (3,) [1/s] of before, the
     ``chart`` of its surface, the ``moved`` momentum, the ``orbit`` about a companion and the direction of its
     ``track`` (3,), None where there is none."""
 
     shape: Shape
     omega: np.ndarray
-    before: Look
-    after: Look
+    before: BodyState
+    after: BodyState
     chart: HeightMap
     moved: Exchange
     orbit: Orbit | None
@@ -50,18 +50,18 @@ class Seen:
     @cached_property
     def first(self) -> Rigid:
         """The body before."""
-        return look.rigid(self.before, self.before.body)
+        return body_state.rigid(self.before, self.before.body)
 
     @cached_property
     def last(self) -> Rigid:
         """The body after."""
-        return look.rigid(self.after, self.after.body)
+        return body_state.rigid(self.after, self.after.body)
 
     @cached_property
     def counted(self) -> Rigid:
         """The same with the bound matter near it."""
         near = np.linalg.norm(self.after.position, axis=1) < NEAR * self.shape.solid.extent
-        return look.rigid(self.after, self.after.body | (self.after.bound & near))
+        return body_state.rigid(self.after, self.after.body | (self.after.bound & near))
 
     @cached_property
     def moved_pair(self) -> Exchange | None:

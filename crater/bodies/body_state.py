@@ -24,7 +24,7 @@ THETA, OF_SPACING, OF_GRAINS = 0.3, 0.5, 0.01
 """Opening angle of the tree, and its softening as in the stages: half a spacing, and next to nothing of a grain."""
 
 
-class Look(NamedTuple):
+class BodyState(NamedTuple):
     """``particles`` of a snapshot; their ``position`` (n, 3) [m] about the shape of before; (n,) which are of the
     ``body``, and which are ``bound`` to it; the ``well`` (n,) [J/kg] that each would have to climb to leave it; the
     ``cloud`` of the body about the shape; the ``pose``."""
@@ -53,7 +53,7 @@ class Rigid(NamedTuple):
     rotation: np.ndarray
 
 
-def at(particles: Particles, shape: Shape, tracker: PoseTracker, gravity: float, rise: float, what: str) -> Look:
+def at(particles: Particles, shape: Shape, tracker: PoseTracker, gravity: float, rise: float, what: str) -> BodyState:
     """The body in ``particles``: what would rise above ``rise`` [m] at ``gravity`` [m/s^2] flies. Raises
     ``InputError`` where no body is left."""
     pose = tracker.pose(particles)
@@ -70,7 +70,7 @@ def at(particles: Particles, shape: Shape, tracker: PoseTracker, gravity: float,
     body = np.zeros(len(particles), dtype=bool)
     body[np.flatnonzero(solid)[held]] = True
     well = depth_of_well(particles)
-    return Look(particles, position, body, bound(particles, well), well, about.select(held), pose)
+    return BodyState(particles, position, body, bound(particles, well), well, about.select(held), pose)
 
 
 def depth_of_well(particles: Particles) -> np.ndarray:
@@ -112,10 +112,10 @@ def _spacing(particles: Particles) -> np.ndarray:
     return np.asarray(np.cbrt(particles.mass / particles.density))
 
 
-def rigid(seen: Look, which: np.ndarray) -> Rigid:
+def rigid(state: BodyState, which: np.ndarray) -> Rigid:
     """What the particles of a look that are chosen by a mask are as one rigid body."""
-    p = seen.particles
-    m, position = p.mass[which], seen.position[which]
+    p = state.particles
+    m, position = p.mass[which], state.position[which]
     centre = m @ position / m.sum()
     away = position - centre
     moments = np.linalg.eigvalsh(np.einsum("i,ij,ik->jk", m, away, away) / m.sum())
