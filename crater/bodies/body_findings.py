@@ -40,8 +40,8 @@ class Body:
 
 @dataclass(frozen=True)
 class BodyStage:
-    """What a stage (``sph``, ``dem``) left in the snapshot ``path`` at ``time`` [s], ``compared`` with the body before,
-    all ``measures``, and what it is, ``kind`` (``crater.bodies.classes``) with its ``reason``."""
+    """What a stage (``sph``, ``dem``) left in the snapshot ``path`` at ``time`` [s], ``compared`` with the body
+    before, all ``measures``, and what it is, ``kind`` (``crater.bodies.classes``) with its ``reason``."""
 
     stage: str
     path: Path
