@@ -35,7 +35,7 @@ def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray
     further grain would touch. Only grains in ``wider`` (mask over the bed) are looked at."""
     taken = handoff.carving.stays & wider
     spacing = np.cbrt(handoff.carving.volume[taken])
-    shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * float(np.median(spacing)) ** 3).only(1)
+    shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * spacing**3).only(1)
     samples, here = handoff.carving.samples, chosen(handoff.carving.samples.position)
     position = samples.position[here]
     fraction = float(np.mean(carve.filled(handoff.carving.stays, samples.grain[here], position, handoff.region)))

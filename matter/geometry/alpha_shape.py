@@ -295,7 +295,7 @@ class OffsetShape:
 
 
 def alpha_shape(
-    points: np.ndarray, spacing: np.ndarray | float, factor: float = 1.5, fill_below: float = 0.0
+    points: np.ndarray, spacing: np.ndarray | float, factor: float = 1.5, fill_below: np.ndarray | float = 0.0
 ) -> AlphaShape:
     """Alpha-shape of a cloud.
 
@@ -305,7 +305,7 @@ def alpha_shape(
     spacing : local particle spacing [m], one or (n,): (mass / density)^(1/3) of each particle.
     factor : alpha in spacings; a tetrahedron stays when its circumradius is below ``factor`` times the mean spacing of
         its corners. A perfect lattice needs 0.87 (cubic) or 0.80 (close-packed), a disordered one about 1.2.
-    fill_below : enclosed voids smaller than this volume [m^3] are filled.
+    fill_below : enclosed voids smaller than this volume [m^3] are filled, one or (n,): that of the points around it.
 
     Raises ``InputError`` for fewer than four points, points in one plane, values that are not finite, a cloud too wide
     to be triangulated (``far_particles``), or an empty shape.
@@ -337,6 +337,7 @@ def alpha_shape(
     if not np.any(kept):
         raise InputError(f"the alpha-shape is empty: no tetrahedron has a circumradius below {factor} spacings")
     volume = tetrahedron_volume(corners)
-    filled = fill_voids(triangulation.neighbors, kept, volume, fill_below) if fill_below > 0.0 else 0
+    limit = np.broadcast_to(np.asarray(fill_below, dtype=float), (len(points),))[simplices].mean(axis=1)
+    filled = fill_voids(triangulation.neighbors, kept, volume / limit, 1.0) if np.all(limit > 0.0) else 0
     component, component_volume = components(triangulation.neighbors, kept, volume)
     return AlphaShape(points, spacing, triangulation, kept, component, component_volume, factor, filled, shift, scale)

@@ -99,6 +99,17 @@ def test_detached_blocks_and_voids_are_counted():
     assert alpha_shape(np.concatenate([hollow, block]), 1.0, 1.5, fill_below=10.0).voids_filled == 0
 
 
+def test_voids_are_filled_by_the_spacing_around_them():
+    """A pore of coarse packing is no larger for being beside fine packing, of which there is more."""
+    fine, coarse = close_packed(4.0), 3.0 * close_packed(4.0)
+    coarse = coarse[np.linalg.norm(coarse, axis=1) > 6.0] + [40.0, 0.0, 0.0]
+    points = np.concatenate([fine, fine + [0.0, 12.0, 0.0], coarse])
+    spacing = np.repeat([1.0, 3.0], [2 * len(fine), len(coarse)])
+    assert alpha_shape(points, spacing, 1.5, fill_below=100.0 * np.median(spacing) ** 3).voids_filled == 0
+    assert alpha_shape(points, spacing, 1.5, fill_below=100.0 * spacing**3).voids_filled == 1
+    assert alpha_shape(points, spacing, 1.5, fill_below=5.0 * spacing**3).voids_filled == 0
+
+
 def test_solids_that_touch_in_an_edge_or_a_corner_stay_manifold():
     one = cubic((3, 3, 3))
     for shift in ([2.0, 2.0, 0.0], [2.0, 2.0, 2.0]):
