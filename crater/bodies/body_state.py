@@ -113,7 +113,7 @@ def _spacing(particles: Particles) -> np.ndarray:
 
 
 def rigid(state: BodyState, which: np.ndarray) -> Rigid:
-    """What the particles of a look that are chosen by a mask are as one rigid body."""
+    """The particles chosen by a mask as one rigid body."""
     p = state.particles
     m, position = p.mass[which], state.position[which]
     centre = m @ position / m.sum()

@@ -17,7 +17,7 @@ TEMPLATE = "crater/pages/templates/flown.html.j2"
 
 
 def slot(content: str = "") -> str:
-    """What stands on the page where the section will be, or around it."""
+    """The placeholder of the section on a new page, and the marks around it later."""
     return page.render(TEMPLATE, "slot", content=content)
 
 

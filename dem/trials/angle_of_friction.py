@@ -11,7 +11,7 @@ import numpy as np
 
 MEASURED = ((0.15, 23.13), (0.269, 30.0), (0.302, 31.0), (0.5, 34.46))
 """mu_s and the angle [deg]."""
-STEEPEST = MEASURED[-1][1]
+LEAST, STEEPEST = MEASURED[0][1], MEASURED[-1][1]
 COHESION_LEFT = 0.0085
 """Cohesion of the grains in shear over the pull ``cohesion`` of ``zhang`` between them: (tau - tau_0) / c at c of 1,
 3, 10 and 30 times the normal stress is 0.0107, 0.0082, 0.0081 and 0.0085, each +- 0.006, 0.002, 0.0006 and 0.0002

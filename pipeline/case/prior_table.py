@@ -40,7 +40,7 @@ class Component(Model):
     """One of the normal distributions of a mixture."""
 
     weight: Annotated[float, Field(gt=0.0, le=1.0)]
-    """Its share of the draws; those of all components add up to 1."""
+    """Its fraction of the draws; those of all components add up to 1."""
     mean: Amount
     """Mean, before the mixture is truncated."""
     sd: Amount

@@ -169,7 +169,7 @@ def _ground(bed: Any, target: Any) -> Any:
 
 def _one_friction(document: dict[str, Any], sph: Any) -> dict[str, Any]:
     """The document, its grains with the friction angle of the ground of the shock stage where it says nothing else of
-    their friction; the steepest that such grains reach where the ground's is steeper."""
+    their friction; the nearest angle that was measured of such grains where the ground's lies outside."""
     contact = document.get("dem", {}).get("contact", {}) if isinstance(document.get("dem"), dict) else None
     shell = contact.get("shell", {}) if isinstance(contact, dict) else None
     if not getattr(sph, "strength", False) or not isinstance(shell, dict):
@@ -178,7 +178,7 @@ def _one_friction(document: dict[str, Any], sph: Any) -> dict[str, Any]:
         return document
     if (soil := sph.chosen_materials().loose(sph.target.layers[-1].material)) is None:
         return document
-    reached = min(math.degrees(soil.friction_angle), angle_of_friction.STEEPEST)
+    reached = min(max(math.degrees(soil.friction_angle), angle_of_friction.LEAST), angle_of_friction.STEEPEST)
     return overlay.assigned(document, ("dem", "contact", "friction_angle"), f"{reached:.12g} deg")
 
 

@@ -4,7 +4,7 @@
 
 The first 2^m points have exactly one in each of 2^m intervals of every quantity, and any first part of the sequence
 fills the space evenly. Point n does not depend on how many are drawn: a sweep with more members has the same first
-ones. Another seed, another number of quantities or another order of theirs draws anew.
+ones. Another seed, number or order of quantities gives other draws.
 
 Source: Owen 1998, J. Complexity 14, 466 (scrambling); ``scipy.stats`` (the sequence of Joe & Kuo 2008, and F^-1).
 """

@@ -32,7 +32,6 @@ may hold ``[sweep]`` alone, with the ``case`` that it varies; the ``points`` of 
     sd = "2.5 deg"
     [sweep.derive]
     "sph.materials.basalt.drucker_prager.friction_angle" = "friction_angle"
-    "dem.contact.friction_angle" = "friction_angle"
 
 A sweep has a folder in the folder of runs with links to its members, their table and a page; its name follows from
 what the members compute.

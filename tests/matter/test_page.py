@@ -39,7 +39,7 @@ def test_bytes_of_a_picture_are_not_worded(tmp_path):
 
 @pytest.mark.parametrize("text", ["<script>alert(1)</script>", "<b>", '"><img src=x>'])
 def test_no_text_of_a_case_becomes_a_tag(tmp_path, text):
-    """Nowhere that text stands: headline, title, heads, cells, small print, verdicts, captions."""
+    """Not in any text of a page: headline, title, heads, cells, small print, verdicts, captions."""
     cells = [text, page.Cell(text, key=text), page.Cell(text, style="fail")]
     table = page.render(page.PARTS, "table", head=[text, (text, text)], rows=[cells], notes=(0,))
     row = {"name": text, "value": text, "limit": 1.0, "verdict": "pass", "unit": text, "note": text}

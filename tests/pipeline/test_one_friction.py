@@ -40,6 +40,10 @@ def test_what_the_case_says_of_the_grains_stands():
 def test_steeper_ground_gives_the_steepest_grains_and_rock_gives_none():
     steep = math.degrees(contact(GROUND.format(45)).friction_angle)
     assert steep == pytest.approx(angle_of_friction.STEEPEST)
+    # less than was measured would be searched for in the bed's stage, and might not be found
+    flat = contact(GROUND.format(0))
+    assert math.degrees(flat.friction_angle) == pytest.approx(angle_of_friction.LEAST)
+    assert friction_angle.resolved(flat).shell.friction == pytest.approx(0.15, abs=1e-4)
     assert contact("sph.strength=false", "impact.expected_transient_diameter=78 m").friction_angle is None
     ice = compose.compose(read.read(CASES / "valhalla_980km", "quick", ()))["dem"].contact
     assert ice.friction_angle is None
