@@ -30,9 +30,9 @@ from sph.materials.rows import Materials, collect
 from sph.materials.settings import Choice
 from sph.pairs import rates as pair_rates
 from sph.stepping import timestep
+from sph.stepping.environment import Environment
 from sph.stepping.integrator import Integrator
 from sph.stepping.numerics import SETS, Numerics
-from sph.stepping.surroundings import Surroundings
 
 ALPHA0, FIRST_STEP = 1.1, 0.02
 POROUS_ICE = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": ALPHA0})}
@@ -108,7 +108,7 @@ class WithoutGravity(Integrator):
 
 def begin(cloud: Cloud, materials: Materials, numerics: str) -> WithoutGravity:
     """The first steps."""
-    integrator = WithoutGravity(cloud, materials, 1e7, Numerics(numerics=numerics), Surroundings())
+    integrator = WithoutGravity(cloud, materials, 1e7, Numerics(numerics=numerics), Environment())
     integrator.start()
     for _ in range(3):
         integrator.dt = 0.0

@@ -126,7 +126,8 @@ class Settings(_Keys):
     floor: boundaries.Floor | None = None
     """Lower boundary condition of flat ground, as ``sides``; a half-sphere has sides only."""
     late: late_stage.Settings | None = None
-    """``[sph.late]``: a softened late stage for long times at small scale (``sph.stepping.late``); none by default."""
+    """``[sph.late]``: a late stage with a low bulk modulus, for long times at small scale (``sph.stepping.late``);
+    none by default."""
     symmetry: symmetries.Symmetry = "none"
     """``half``: only y > 0 is computed, beside a mirror; ``quarter``: x > 0 and y > 0, of an impact straight down.
     What is left is the whole. Refused where the impact breaks the body: fragments and cracks would be mirrored too."""

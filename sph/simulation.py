@@ -27,9 +27,9 @@ from sph.boundary.edge import Edge
 from sph.materials import rows as material_rows
 from sph.settings import Settings
 from sph.stepping import flow_reynolds, individual_steps, sides_and_floor, watch
+from sph.stepping.environment import Environment
 from sph.stepping.history import History
 from sph.stepping.integrator import Integrator
-from sph.stepping.surroundings import Surroundings
 from sph.viscosity import reconstructed
 
 
@@ -63,10 +63,10 @@ class Simulation:
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
         planes = sides_and_floor.images(s, self.bottom)
-        around = Surroundings(
+        environment = Environment(
             s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius, s.symmetry
         )
-        return Integrator(cloud, self.materials, self.radius, s, around)
+        return Integrator(cloud, self.materials, self.radius, s, environment)
 
     @property
     def bottom(self) -> float:
@@ -103,7 +103,7 @@ class Simulation:
     def _switch_physics(self) -> None:
         """Strength and damage, and u and D held, as the phase wants them."""
         i, relaxing = self.integrator, self.phase == "relax"
-        i.hold, i.strength = relaxing, self.settings.strength and not relaxing
+        i.freeze_energy, i.strength = relaxing, self.settings.strength and not relaxing
         i.damage = self.settings.damage and not relaxing
 
     def _add_projectile(self) -> None:
@@ -181,7 +181,7 @@ class Simulation:
         self.late = json.loads(scalars["late"])
         self.flow, self.individual = json.loads(scalars["flow"]), json.loads(scalars["individual"])
         if self.late:
-            i.softened(self.late[-1]["sound_speed_m_s"])
+            i.resume_late_stage(self.late[-1]["sound_speed_m_s"])
         if bool(scalars["thinned"]):
             self._reduce_viscosity()
         self.phase = str(scalars["phase"])
@@ -245,7 +245,7 @@ class Simulation:
         if chosen is None:
             return []
         changes = [] if self.viscosity_reduced else [(chosen.viscosity_time, self._reduce_viscosity)]
-        return [*changes, *((at, partial(self._soften, c)) for at, c in chosen.switches[len(self.late) :])]
+        return [*changes, *((at, partial(self._enter_late_stage, c)) for at, c in chosen.switches[len(self.late) :])]
 
     def _reduce_viscosity(self) -> None:
         """Take up the artificial viscosity of the late stage."""
@@ -284,7 +284,7 @@ class Simulation:
         times = self.integrator.time / interval
         return abs(times - round(times)) < 1e-9 * max(times, 1.0)
 
-    def _soften(self, sound_speed: float) -> None:
+    def _enter_late_stage(self, sound_speed: float) -> None:
         """Enter the late stage or its next part, and note what it does to the elastic energy."""
         i, position = self.integrator, self.integrator.cloud.position
         if isinstance(self.column, grounds.Ground):
@@ -295,7 +295,7 @@ class Simulation:
             weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
         self.history.add(i)
         parts = symmetry.copies(self.settings.symmetry)
-        before, after = (parts * energy for energy in i.soften(sound_speed, weight))
+        before, after = (parts * energy for energy in i.enter_late_stage(sound_speed, weight))
         v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
         note = {
             "time_s": i.time, "sound_speed_m_s": sound_speed, "steps_before": i.steps,

@@ -76,7 +76,7 @@ def measured(folder: Path) -> list[str]:
     momentum, lines = first.mass @ first.velocity, []
     for path in (paths[len(paths) // 2], paths[-1]):
         cloud = snapshot.read(path)
-        found = escaping.leaving(
+        found = escaping.escaped_momentum(
             cloud.position, cloud.velocity, cloud.mass, 0.5 * cloud.support_radius, momentum, normal
         )
         left = cloud.mass.sum() - found["mass_kg"]

@@ -59,9 +59,9 @@ class Edge:
         edge.layers = {name: saved[f"layer/{name}"] for name in LAYERS if f"layer/{name}" in saved}
         return edge
 
-    def hold(self, cloud, rates) -> None:
-        """Take the rates of the fixed rim away."""
-        fixed.hold(
+    def zero_rates(self, cloud, rates) -> None:
+        """Set the rates of the fixed rim to zero."""
+        fixed.zero_rates(
             cloud.identity, self.fixed, cloud.gravity, rates.acceleration, rates.density, rates.energy, rates.stress
         )
 

@@ -15,7 +15,7 @@ TAKES_MOMENTUM = FLOOR = RIM = True
 
 
 @parallel_kernel
-def hold(identity, fixed, gravity, acceleration, density_rate, energy_rate, stress_rate):
+def zero_rates(identity, fixed, gravity, acceleration, density_rate, energy_rate, stress_rate):
     """No rates for the particles with ``fixed[identity]``: the acceleration answers gravity."""
     for i in prange(len(identity)):
         if fixed[identity[i]]:

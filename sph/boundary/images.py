@@ -80,9 +80,9 @@ def _fill(row, count, owner, sign, shift, drift):
 
 
 @parallel_kernel
-def _fill_second(second, count, owner, sign, tensor):
+def _fill_extra(extra, count, owner, sign, tensor):
     for g in prange(len(owner)):
-        source, image = second[owner[g]], second[count + g]
+        source, image = extra[owner[g]], extra[count + g]
         image[VISCOSITY_FRACTION], image[ENERGY] = source[VISCOSITY_FRACTION], source[ENERGY]
         sx, sy, sz = sign[g, 0], sign[g, 1], sign[g, 2]
         image[SLOPE], image[SLOPE + 1], image[SLOPE + 2] = (
@@ -188,6 +188,6 @@ class Images:
         """Fill the rows behind the first ``count`` with the images at ``time`` [s]."""
         _fill(row, count, self.owner, self.sign, self.shift + self.drift * time, self.drift)
 
-    def second(self, second: np.ndarray, count: int, tensor: bool) -> None:
-        """The same of second rows: slopes, a fraction, and where there is one a ``tensor`` by rows."""
-        _fill_second(second, count, self.owner, self.sign, tensor)
+    def extra(self, extra: np.ndarray, count: int, tensor: bool) -> None:
+        """The same of extra rows: slopes, a fraction, and where there is one a ``tensor`` by rows."""
+        _fill_extra(extra, count, self.owner, self.sign, tensor)

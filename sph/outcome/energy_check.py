@@ -30,7 +30,7 @@ def energy_balance(run: Simulation) -> dict[str, Any] | None:
     them; None where the history has the energy as well, or there are no two snapshots."""
     i, files = run.integrator, snapshot.series(run.out)
     many = symmetries.copies(run.settings.symmetry) * len(i.cloud)
-    if not i.around.self_gravity or many <= history.DIRECT or len(files) < 2:
+    if not i.environment.self_gravity or many <= history.DIRECT or len(files) < 2:
         return None
     times = [float(snapshot.attributes(file)["time"]) for file in files]
     rows = run.history.rows
@@ -63,4 +63,4 @@ def total(particles: Particles, integrator: Integrator, symmetry: str) -> float:
         np.tile(softening[p.identity], parts),
         0.0 if len(weight) <= ALL_PAIRS else FINEST,
     )
-    return parts * float(p.mass @ (moving + integrator.around.down * p.position[:, 2])) + own
+    return parts * float(p.mass @ (moving + integrator.environment.down * p.position[:, 2])) + own

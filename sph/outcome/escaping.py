@@ -1,13 +1,13 @@
-"""What leaves a body that pulls itself, and the momentum that stays with it.
+"""Mass that escapes from a self-gravitating body, and the momentum that the body keeps.
 
-    a particle leaves:  v^2 / 2 > -phi(x)  and  v . x > 0        phi of all particles; about the centre of mass
-    dP = p - sum of m v over what leaves                         momentum that stays, p that of the projectile
+    a particle escapes:  v^2 / 2 > -phi(x)  and  v . x > 0       phi of all particles; about the centre of mass
+    dP = p - sum of m v over what escapes                        momentum that stays, p that of the projectile
     beta = dP . N / (p . N)                                      N normal of the surface at the site (a sphere: +z)
 
 (Cheng et al. 2023, Nature 616, 457, eq. 1: their ratio of momenta along the normal of the surface.) At the end of the
 shock stage slow matter is still on its way; what leaves last is the slowest. Most of the mass may be ground that is
-still dense and in contact, which friction can stop: what has ``parted``, to less than half of its density at the
-start, is said by itself: it leaves whatever the ground does.
+still dense and in contact, which friction can stop. Separated matter, below half of its density at the start, escapes
+whatever the ground does; it is reported under the key ``parted``.
 """
 
 from __future__ import annotations
@@ -21,34 +21,34 @@ from sph.bodies import symmetry
 
 SOURCES = ("Cheng2023",)
 THETA = 0.3
-PARTED = 0.5
-"""Density over that of the start, below which matter has parted."""
+SEPARATED = 0.5
+"""Density over that of the start, below which matter counts as separated."""
 
 
-def leaving(
+def escaped_momentum(
     position: np.ndarray,
     velocity: np.ndarray,
     mass: np.ndarray,
     softening: np.ndarray,
     momentum: np.ndarray,
     normal: np.ndarray,
-    parted: np.ndarray | None = None,
+    separated: np.ndarray | None = None,
 ) -> dict[str, Any]:
-    """Mass [kg] and momentum (3,) [kg m/s] of what leaves, of particles (n, 3), (n,); ``momentum`` (3,) of the
-    projectile, ``normal`` (3,) of the surface; mass and beta of what of it has ``parted`` (n,) bool."""
+    """Escaping mass [kg] and momentum (3,) [kg m/s] of particles (n, 3), (n,); ``momentum`` (3,) of the projectile,
+    ``normal`` (3,) of the surface; mass and beta of the escaping particles that are ``separated`` (n,) bool."""
     centre, drift = (mass @ values / mass.sum() for values in (position, velocity))
     offset, speed = position - centre, velocity - drift
     well = tree.wells(position, mass, softening, THETA)
-    gone = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, offset) > 0.0)
-    lost = mass[gone] @ velocity[gone]
+    escapes = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, offset) > 0.0)
+    lost = mass[escapes] @ velocity[escapes]
     stays = momentum - lost
     more = {}
-    if parted is not None:
-        free = gone & parted
+    if separated is not None:
+        free = escapes & separated
         thrown = float(mass[free] @ velocity[free] @ normal / (momentum @ normal))
         more = {"parted": {"mass_kg": float(mass[free].sum()), "beta": 1.0 - thrown}}
     return {
-        "mass_kg": float(mass[gone].sum()),
+        "mass_kg": float(mass[escapes].sum()),
         "momentum_kg_m_s": lost.tolist(),
         "momentum_that_stays_kg_m_s": stays.tolist(),
         "beta": float(stays @ normal / (momentum @ normal)),
@@ -61,7 +61,7 @@ def leaving(
 def escaping_mass(run: Any) -> dict[str, Any] | None:
     """The same of a ``Simulation`` as it stands; None without projectile or self-gravity."""
     chosen, cloud = run.settings, run.integrator.cloud
-    if chosen.control or not run.integrator.around.self_gravity or chosen.target.flat:
+    if chosen.control or not run.integrator.environment.self_gravity or chosen.target.flat:
         return None
     sides = symmetry.signs(chosen.symmetry)
     parts = len(sides)
@@ -69,12 +69,12 @@ def escaping_mass(run: Any) -> dict[str, Any] | None:
     ball = chosen.impact.projectile
     rho = float(run.materials.bulk_density[run.materials.index(ball.material)])
     normal = chosen.target.placed.normal if chosen.target.solid else np.array([0.0, 0.0, 1.0])
-    return leaving(
+    return escaped_momentum(
         symmetry.unfolded(cloud.position, chosen.symmetry),
         symmetry.unfolded(cloud.velocity, chosen.symmetry),
         mass,
         np.tile(run.integrator.softening, parts),
         rho * ball.volume * np.array(chosen.target.aim(chosen.impact)),
         normal,
-        np.tile(cloud.density < PARTED * cloud.start_density, parts),
+        np.tile(cloud.density < SEPARATED * cloud.start_density, parts),
     )

@@ -8,7 +8,7 @@ import numpy as np
 
 from sph.bodies import symmetry
 from sph.boundary import dispatch as boundaries
-from sph.boundary.outside import COLUMNS
+from sph.boundary.external_budget import COLUMNS
 from sph.outcome import energy_check, escaping
 from sph.planning import durations
 from sph.shock_states import impedance
@@ -89,11 +89,11 @@ def _resolution(job: Simulation) -> dict[str, Any]:
 
 
 def _edges(job: Simulation) -> dict[str, Any] | None:
-    """What ends flat ground, and what it took: momentum [kg m/s], net of the weight that it carries, and energy [J].
-    None where nothing does, or, of either, where a run was begun before it was booked.
+    """The boundaries of flat ground and what they absorbed: momentum [kg m/s], net of the weight that they carry, and
+    energy [J]. None without boundaries; a value is None where the checkpoint of the run lacks the budget.
 
-    ``passing`` names what ends the ground but takes no momentum. Taken is what was booked (``sph.boundary.outside``);
-    how well p(0) - p(end) agrees with it is the drift of momentum.
+    ``passing`` names boundaries that take no momentum. The rest is booked by ``sph.boundary.external_budget``; the
+    difference from p(0) - p(end) is the drift of momentum.
     """
     s = job.settings
     side, floor = sides_and_floor.chosen(s.target, s.sides, s.floor)

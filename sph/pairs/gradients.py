@@ -35,12 +35,12 @@ _BLOCK = 64
 
 @functools.cache
 def _loop(scheme: Scheme):
-    """The compiled loop (rows, pairs) of a scheme; fills ``rows.inverse`` and the tensor of ``rows.second``."""
+    """The compiled loop (rows, pairs) of a scheme; fills ``rows.inverse`` and the tensor of ``rows.extra``."""
     kernel, start_volumes = scheme.kernel, scheme.start_volumes
 
     @parallel_kernel(fastmath=True)
     def _correct(rows, pairs):
-        row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
+        row, extra, start_density, inverse = rows.row, rows.extra, rows.start_density, rows.inverse
         n = len(inverse)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             most = 0
@@ -92,7 +92,7 @@ def _loop(scheme: Scheme):
                         (cxx * cyy - cxy * cxy) * inv,
                     )
                 txx, txy, txz, tyy, tyz, tzz = row[i, XX], row[i, XY], row[i, XZ], row[i, YY], row[i, YZ], row[i, ZZ]
-                T = second[i, TENSOR:]
+                T = extra[i, TENSOR:]
                 T[0], T[1], T[2] = (
                     txx * B[0] + txy * B[1] + txz * B[2],
                     txx * B[1] + txy * B[3] + txz * B[4],
@@ -113,6 +113,6 @@ def _loop(scheme: Scheme):
 
 
 def correct(scheme: Scheme, rows: Rows, neighbours) -> None:
-    """Fill ``rows.inverse`` (n, 6) with B (xx xy xz yy yz zz), and the tensor in ``rows.second`` with sigma B [Pa],
+    """Fill ``rows.inverse`` (n, 6) with B (xx xy xz yy yz zz), and the tensor in ``rows.extra`` with sigma B [Pa],
     row by row."""
     _loop(scheme)(rows, Pairs.from_neighbours(neighbours))

@@ -73,11 +73,11 @@ def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
     kernel, start_volumes, corrected, switched, reconstructed, conducting = scheme
-    second_rows, second_width = scheme.second_rows, scheme.second_width
+    extra_rows, extra_width = scheme.extra_rows, scheme.extra_width
 
     @parallel_kernel(fastmath=True)
     def _pairs(rows, pairs, matter, damping, out):
-        row, second, start_density, inverse = rows.row, rows.second, rows.start_density, rows.inverse
+        row, extra, start_density, inverse = rows.row, rows.extra, rows.start_density, rows.inverse
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
         divergence, approach, number = out.divergence, out.approach, out.number
@@ -88,8 +88,8 @@ def pair_loop(scheme: Scheme):
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 most = max(most, pairs.number[i])
             s = np.empty((WIDTH, scratch_width(most)))
-            if second_rows:
-                t = np.empty((second_width, scratch_width(most)))
+            if extra_rows:
+                t = np.empty((extra_width, scratch_width(most)))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 many = pairs.number[i]
                 # rows of the list are filled up with the particle itself, which adds exact zeros
@@ -97,24 +97,24 @@ def pair_loop(scheme: Scheme):
                 for k in range(0, padded, LANES):
                     columns(row, pairs.partner, pairs.first[i], k, s)
                     if corrected:
-                        columns(second, pairs.partner, pairs.first[i], k, t)
-                    elif second_rows:
-                        narrow_columns(second, pairs.partner, pairs.first[i], k, t)
+                        columns(extra, pairs.partner, pairs.first[i], k, t)
+                    elif extra_rows:
+                        narrow_columns(extra, pairs.partner, pairs.first[i], k, t)
                 x, y, z, vx, vy, vz = row[i, X], row[i, Y], row[i, Z], row[i, VX], row[i, VY], row[i, VZ]
                 volume, rho_inv, h, c_i = row[i, VOLUME], row[i, RHO_INVERSE], row[i, SUPPORT], row[i, SOUND]
-                before = 1.0 / start_density[i] if start_volumes else rho_inv
+                inv_rho_ref = 1.0 / start_density[i] if start_volumes else rho_inv
                 txx, txy, txz, tyy, tyz, tzz = row[i, XX], row[i, XY], row[i, XZ], row[i, YY], row[i, YZ], row[i, ZZ]
                 if corrected:
-                    bxx, bxy, bxz = second[i, TENSOR], second[i, TENSOR + 1], second[i, TENSOR + 2]
-                    byx, byy, byz = second[i, TENSOR + 3], second[i, TENSOR + 4], second[i, TENSOR + 5]
-                    bzx, bzy, bzz = second[i, TENSOR + 6], second[i, TENSOR + 7], second[i, TENSOR + 8]
+                    bxx, bxy, bxz = extra[i, TENSOR], extra[i, TENSOR + 1], extra[i, TENSOR + 2]
+                    byx, byy, byz = extra[i, TENSOR + 3], extra[i, TENSOR + 4], extra[i, TENSOR + 5]
+                    bzx, bzy, bzz = extra[i, TENSOR + 6], extra[i, TENSOR + 7], extra[i, TENSOR + 8]
                 if switched:
-                    fraction = second[i, VISCOSITY_FRACTION]
+                    fraction = extra[i, VISCOSITY_FRACTION]
                 if conducting:
-                    kind, u_i = second[i, MATERIAL], second[i, ENERGY]
+                    kind, u_i = extra[i, MATERIAL], extra[i, ENERGY]
                 if reconstructed:
-                    exx, exy, exz = second[i, SLOPE], second[i, SLOPE + 1], second[i, SLOPE + 2]
-                    eyy, eyz, ezz = second[i, SLOPE + 3], second[i, SLOPE + 4], second[i, SLOPE + 5]
+                    exx, exy, exz = extra[i, SLOPE], extra[i, SLOPE + 1], extra[i, SLOPE + 2]
+                    eyy, eyz, ezz = extra[i, SLOPE + 3], extra[i, SLOPE + 4], extra[i, SLOPE + 5]
                 ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -129,7 +129,7 @@ def pair_loop(scheme: Scheme):
                     V = s[VOLUME, k]
                     # viscosity: m_j Pi = (V_j / rho_j^-1) Pi with 1/rhobar = 2 / (rho_i + rho_j)
                     vr = ux * dx + uy * dy + uz * dz
-                    closing = vr
+                    limited_vr = vr
                     if reconstructed:
                         e_i = (
                             exx * dx * dx
@@ -141,28 +141,30 @@ def pair_loop(scheme: Scheme):
                         e_j += 2.0 * (
                             t[SLOPE + 1, k] * dx * dy + t[SLOPE + 2, k] * dx * dz + t[SLOPE + 4, k] * dy * dz
                         )
-                        closing = viscosity_reconstructed.jump(
+                        limited_vr = viscosity_reconstructed.jump(
                             vr, e_i, e_j, r, r2, hij, 0.5 * (c_i + s[SOUND, k]), damping.near
                         )
-                    mu = monaghan.approach(closing, r2, hij)
+                    mu = monaghan.approach(limited_vr, r2, hij)
                     rho_j_inv = s[RHO_INVERSE, k]
                     rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
-                    both = 1.0 / (rho_sum * volume_sum)  # one division for two
-                    bar = 2.0 * before * volume_sum * both  # = rho_j 2 / (rho_i + rho_j)
+                    inv_rho_volume = 1.0 / (rho_sum * volume_sum)  # one division for two
+                    mean_density_ratio = 2.0 * inv_rho_ref * volume_sum * inv_rho_volume  # = rho_j 2 / (rho_i + rho_j)
                     viscous_term = (
-                        V * bar * monaghan.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
+                        V
+                        * mean_density_ratio
+                        * monaghan.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
                     )
                     inside = 1.0 if r < hij else 0.0
                     if switched:
                         viscous_term *= 0.5 * (fraction + t[VISCOSITY_FRACTION, k])
                     slowest = fast_min(slowest, mu * inside)
                     near += inside
-                    heat += volume * rho_sum * both * viscous_term * vr * F
+                    heat += volume * rho_sum * inv_rho_volume * viscous_term * vr * F
                     if conducting:
                         alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
                         speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
-                        heat += alike * V * bar * speed * r * (u_i - t[ENERGY, k]) * F
-                    w = V * before
+                        heat += alike * V * mean_density_ratio * speed * r * (u_i - t[ENERGY, k]) * F
+                    w = V * inv_rho_ref
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
                     if not corrected:
@@ -233,14 +235,14 @@ def pair_loop(scheme: Scheme):
                         lzx * ixz + lzy * iyz + lzz * izz,
                     )
                 trace = lxx + lyy + lzz
-                density_rate[i] = -trace / before
+                density_rate[i] = -trace / inv_rho_ref
                 energy_rate[i] = (
-                    before
+                    inv_rho_ref
                     * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy))
                     + heat
                 )
                 if start_volumes:
-                    volume_ratio = before / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
+                    volume_ratio = inv_rho_ref / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
                     trace *= volume_ratio
                     lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = (
                         lxx * volume_ratio, lxy * volume_ratio, lxz * volume_ratio,
@@ -329,5 +331,5 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
     if scheme.conducting and (scheme.corrected or scheme.switched):
-        raise ValueError("conductivity, switch and corrected gradients want one column of the second rows")
+        raise ValueError("conductivity, switch and corrected gradients want one column of the extra rows")
     pair_loop(scheme)(rows, Pairs.from_neighbours(neighbours), matter, damping, out.sums)

@@ -1,11 +1,12 @@
 """Columns of the rows that loops over pairs read: one row a particle, and behind them those of its images.
 
-``row`` (n, 16) is filled by ``sph.stepping.state`` and turned by ``sph.pairs.start_volumes``; ``second`` (n, 16, or 8
+``row`` (n, 16) is filled by ``sph.stepping.state`` and turned by ``sph.pairs.start_volumes``; ``extra`` (n, 16, or 8
 without the tensor) holds what some schemes add to it.
 """
 
 X, Y, Z, SUPPORT, VOLUME = range(5)
-"""Place [m], support radius h [m], m / rho [m^3]: what sums of the kernel alone read lies in the first cache line."""
+"""Position [m], support radius h [m], m / rho [m^3]; what sums of the kernel alone read lies in the first cache
+line."""
 VX, VY, VZ = range(5, 8)
 RHO_INVERSE, SOUND = 8, 9
 """1 / rho [m^3/kg], sound speed [m/s]."""
@@ -14,14 +15,14 @@ XX, XY, XZ, YY, YZ, ZZ = range(10, 16)
 WIDTH = 16
 
 SLOPE = 0
-"""Second row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity.reconstructed``)."""
+"""Extra row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity.reconstructed``)."""
 VISCOSITY_FRACTION = 6
-"""Second row: fraction of the artificial viscosity (``sph.viscosity.switch``)."""
+"""Extra row: fraction of the artificial viscosity (``sph.viscosity.switch``)."""
 MATERIAL = 6
-"""Second row, in the column of ``VISCOSITY_FRACTION``: number of the material (``sph.pairs.conductivity``)."""
+"""Extra row, in the column of ``VISCOSITY_FRACTION``: number of the material (``sph.pairs.conductivity``)."""
 ENERGY = 7
-"""Second row: specific energy u [J/kg] (``sph.pairs.conductivity``)."""
+"""Extra row: specific energy u [J/kg] (``sph.pairs.conductivity``)."""
 TENSOR = 7
-"""Second row: first of the nine columns of sigma B [Pa], by rows (``sph.pairs.gradients``)."""
+"""Extra row: first of the nine columns of sigma B [Pa], by rows (``sph.pairs.gradients``)."""
 NARROW = 8
-"""Width of second rows without that tensor, and of a row's first cache line."""
+"""Width of extra rows without that tensor, and of a row's first cache line."""

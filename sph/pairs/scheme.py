@@ -26,13 +26,13 @@ class Scheme(NamedTuple):
     conducting: bool = False
 
     @property
-    def second_rows(self) -> bool:
-        """Whether the pair loop reads second rows."""
+    def extra_rows(self) -> bool:
+        """Whether the pair loop reads extra columns (``Rows.extra``)."""
         return self.corrected or self.switched or self.reconstructed or self.conducting
 
     @property
-    def second_width(self) -> int:
-        """Columns of a second row: narrow rows halve what the loop gathers."""
+    def extra_width(self) -> int:
+        """Number of extra columns: narrow rows halve what the loop gathers."""
         return WIDTH if self.corrected else NARROW
 
 
@@ -51,12 +51,12 @@ class Pairs(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """What the particles bring to the pairs: ``row`` and ``second`` (n and images, 16; ``sph.pairs.row``),
+    """What the particles bring to the pairs: ``row`` and ``extra`` (n and images, 16; ``sph.pairs.row``),
     ``start_density`` (n,) [kg/m^3] and ``inverse`` (n, 6), the correction B of the gradients; empty where the scheme
     does not read them."""
 
     row: np.ndarray
-    second: np.ndarray
+    extra: np.ndarray
     start_density: np.ndarray
     inverse: np.ndarray
 
@@ -85,14 +85,14 @@ class Damping(NamedTuple):
 
 def rows(
     row: np.ndarray,
-    second: np.ndarray | None = None,
+    extra: np.ndarray | None = None,
     start_density: np.ndarray | None = None,
     inverse: np.ndarray | None = None,
 ) -> Rows:
     """``Rows`` with empty arrays for what is None."""
     return Rows(
         row,
-        np.zeros((0, row.shape[1])) if second is None else second,
+        np.zeros((0, row.shape[1])) if extra is None else extra,
         np.zeros(0) if start_density is None else start_density,
         np.zeros((0, 6)) if inverse is None else inverse,
     )

@@ -83,7 +83,7 @@ def waves(
     k = int(np.argmax(speeds))
     if k >= steps - 1:
         return (tried[-1],)
-    around = tried[max(k - 1, 0)].v, tried[k + 1].v
-    best = minimize_scalar(lambda v: -behind(pressure, ahead, v).shock_speed, bounds=around, method="bounded")
+    bracket = tried[max(k - 1, 0)].v, tried[k + 1].v
+    best = minimize_scalar(lambda v: -behind(pressure, ahead, v).shock_speed, bounds=bracket, method="bounded")
     first = behind(pressure, ahead, float(best.x))
     return first, behind(pressure, first, velocity)

@@ -11,7 +11,7 @@ import numpy as np
 from matter.files import archive
 from matter.geometry import tree
 from sph.bodies import symmetry as symmetries
-from sph.boundary import outside
+from sph.boundary import external_budget
 from sph.stepping import state
 from sph.stepping.integrator import Integrator
 
@@ -22,7 +22,7 @@ COLUMNS = (
     "max_pressure_Pa "
     "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y "
     "removed_angular_momentum_z"
-).split() + outside.COLUMNS
+).split() + external_budget.COLUMNS
 
 # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
 DIRECT, FINE = (40_000, 0.3)
@@ -61,20 +61,20 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
     gravity, the steps and every clipping (tension cut, pressure of lost particles) get wrong; nothing is taken out of
     it. In uniform gravity it is m g z. Ejected: unbound (v^2/2 > G M / r); without self-gravity what is beyond the
     surface of the target by more than its h and moves on outwards. Lost: particles whose neighbours have gone, with
-    the internal energy that they keep. Outside: what weight and edges have given (``sph.boundary.outside``). With a
-    ``symmetry`` all sums are those of the whole.
+    the internal energy that they keep. Outside: what gravity and boundaries have given
+    (``sph.boundary.external_budget``). With a ``symmetry`` all sums are those of the whole.
     """
     cloud = integrator.cloud
     m, v, x = cloud.mass, cloud.velocity, cloud.position
     v2 = np.einsum("ij,ij->i", v, v)
     momentum = symmetries.summed(m @ v, symmetry)
     spin = symmetries.summed(m @ np.cross(x, v), symmetry, axial=True)
-    given = integrator.outside.given
+    given = integrator.external_budget.given
     pushed, turned = symmetries.summed(given[:3], symmetry), symmetries.summed(given[3:6], symmetry, axial=True)
     m = symmetries.copies(symmetry) * m
     kinetic, internal = 0.5 * float(m @ v2), float(m @ cloud.specific_energy)
-    gravitational = integrator.around.down * float(m @ x[:, 2])
-    if integrator.around.self_gravity:
+    gravitational = integrator.environment.down * float(m @ x[:, 2])
+    if integrator.environment.self_gravity:
         position, parts = symmetries.unfolded(x, symmetry), symmetries.copies(symmetry)
         weight, softening = np.tile(cloud.mass, parts), np.tile(integrator.softening, parts)
         gravitational += gravitational_energy(position, weight, softening, impact_J)
@@ -82,7 +82,7 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
         unbound = 0.5 * v2 > tree.G * m.sum() / r
     else:
         unbound = integrator.thrown_out()
-    lost = state.holding_array(cloud.neighbours) <= 0.0
+    lost = state.interaction_fractions(cloud.neighbours) <= 0.0
     values = (
         integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,
         kinetic + internal + gravitational, m[unbound].sum(), float(m @ state.damage_of(cloud, integrator.rows)),
@@ -108,7 +108,7 @@ class History:
             with open(self.path, newline="") as file:
                 for line in csv.DictReader(file):
                     entry = {name: value if name == "dt_limit" else float(value) for name, value in line.items()}
-                    for name in outside.COLUMNS:  # of a run begun before they were booked
+                    for name in external_budget.COLUMNS:  # of a run begun before they were booked
                         entry.setdefault(name, float("nan"))
                     if float(entry["steps"]) <= steps:
                         self.rows.append(entry)

@@ -29,7 +29,7 @@ FRACTIONS = (0.03, 0.1, 0.3, 1.0)
 
 
 @kernel
-def _hold(level, pairs, owner):
+def _limit_by_neighbours(level, pairs, owner):
     """Lower ``level`` (n,) in place to ``WITHIN`` above the least of the neighbours, images (``owner``) included; the
     number of particles that changed."""
     n, changed = len(level), 0
@@ -47,7 +47,7 @@ def _hold(level, pairs, owner):
 def levels(step: np.ndarray, pairs: Pairs, owner: np.ndarray) -> np.ndarray:
     """k (n,) of the steps (n,) [s]."""
     level = np.clip(np.floor(np.log2(step / step.min())), 0, MOST).astype(np.int64)
-    while _hold(level, pairs, owner) > 0:
+    while _limit_by_neighbours(level, pairs, owner) > 0:
         pass
     return level
 

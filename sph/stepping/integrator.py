@@ -14,19 +14,19 @@ from matter.files import checkpoint
 from matter.geometry import tree
 from sph.bodies import symmetry
 from sph.bodies.particle_cloud import PARTS, Cloud, Neighbourhood, moved_further
-from sph.boundary.outside import Outside
+from sph.boundary.external_budget import ExternalBudget
 from sph.materials.rows import Materials
 from sph.pairs import gradients, length_terms, smoothing, start_volumes
 from sph.pairs import rates as pair_rates
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE, VISCOSITY_FRACTION, VOLUME
 from sph.pairs.scheme import Rows
 from sph.stepping import late, leapfrog, net_torque, state, timestep
+from sph.stepping.environment import Environment
 from sph.stepping.numerics import Numerics
-from sph.stepping.surroundings import Surroundings
 from sph.viscosity import morris_monaghan
 from sph.viscosity import switch as switches
 
-YOUNG = 0.002  # of sqrt(R^3 / G M)
+REFRESH_AGE = 0.002  # of sqrt(R^3 / G M)
 _NUMBERS: dict[str, type] = {
     "time": float, "dt": float, "steps": int, "gravity_time": float, "gravity_evaluations": int,
     "gravity_correction": float,
@@ -45,35 +45,41 @@ class Integrator:
     ----------
     radius : the target's [m], which the first step and the search start from.
     numerics : how the equations are solved (``sph.stepping.numerics``).
-    around : gravity, images and edges (``Surroundings``).
+    around : gravity, images and edges (``Environment``).
 
-    ``strength``, ``damage`` say which physics is on; ``hold`` keeps u and D (relaxation).
+    ``strength``, ``damage`` say which physics is on; ``freeze_energy`` keeps u, D and h constant (relaxation).
     """
 
-    def __init__(self, cloud: Cloud, materials: Materials, radius: float, numerics: Numerics, around: Surroundings):
+    def __init__(
+        self, cloud: Cloud, materials: Materials, radius: float, numerics: Numerics, environment: Environment
+    ):
         self.cloud, self.materials, self.rows = cloud, materials, materials.rows
-        self.numerics, self.scheme, self.around = numerics, numerics.scheme, around
-        self.images, self.edge, self.outside = around.images, around.edge, Outside(around)
+        self.numerics, self.scheme, self.environment = numerics, numerics.scheme, environment
+        self.images, self.edge, self.external_budget = (
+            environment.images,
+            environment.edge,
+            ExternalBudget(environment),
+        )
         self.damping = pair_rates.Damping(numerics.alpha, numerics.beta, 1.0 / numerics.support, numerics.conductivity)
         self.limits_of_length, self.gradient_scale = numerics.limits_of_length, numerics.gradient_scale
         self.strength = self.damage = True
-        self.hold, self.why = False, "growth"
-        self.soft: late.Soft | None = None
+        self.freeze_energy, self.why = False, "growth"
+        self.late_medium: late.LateStageMedium | None = None
         self.time, self.dt, self.steps, self.gravity_evaluations, self.gravity_correction = 0.0, 0.0, 0, 0, 0.0
         self.torque_removed, self._torque = np.zeros(3), np.zeros(3)
         self.gravity_time, self._parts = 0.0, np.zeros(PARTS, dtype=np.bool_)
-        self.min_refresh_age = YOUNG * float(
-            np.sqrt(radius**3 / (tree.G * cloud.mass.sum() * symmetry.copies(around.symmetry)))
+        self.min_refresh_age = REFRESH_AGE * float(
+            np.sqrt(radius**3 / (tree.G * cloud.mass.sum() * symmetry.copies(environment.symmetry)))
         )
         self.limits = np.zeros(len(timestep.REASONS), dtype=np.int64)
         self.floor = DENSITY_FLOOR * materials.bulk_density
-        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, around.images)
+        self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, environment.images)
         self.evaluated = state.Evaluated(len(cloud))
         self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
         self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
-        self._second = np.zeros((0, self.scheme.second_width))
+        self._extra = np.zeros((0, self.scheme.extra_width))
         if self.scheme.reconstructed and len(cloud.strain_rate) == 0:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if materials.inertial and not self.scheme.reconstructed:
@@ -90,7 +96,7 @@ class Integrator:
         listed, numbers = self.neighbourhood.state()
         arrays |= checkpoint.under("evaluated", self.evaluated.state()) | listed | {"limits": self.limits}
         numbers |= {name: getattr(self, name) for name in _NUMBERS} | {"torque_removed": self.torque_removed}
-        numbers |= self.outside.state()
+        numbers |= self.external_budget.state()
         return arrays, numbers | (self.images.state() if self.images is not None else {})
 
     def restore(self, arrays: Mapping[str, np.ndarray], numbers: Mapping[str, Any]) -> None:
@@ -100,7 +106,7 @@ class Integrator:
         if self.images is not None:
             self.images.restore(numbers)
         self.neighbourhood.restore(arrays, numbers)
-        self.outside.restore(numbers)
+        self.external_budget.restore(numbers)
         self.rates.restore(checkpoint.Part(arrays, "rates"))
         self.evaluated.restore(checkpoint.Part(arrays, "evaluated"))
         self.limits[:], self.torque_removed[:] = arrays["limits"], numbers["torque_removed"]
@@ -122,9 +128,9 @@ class Integrator:
         """(n,) what is beyond the surface of a target without self-gravity by more than its h and moves on outwards:
         above z = 0, or off a sphere."""
         x, v, h = self.cloud.position, self.cloud.velocity, self.cloud.support_radius
-        if self.around.sphere is None:
+        if self.environment.sphere is None:
             return (x[:, 2] > h) & (v[:, 2] > 0.0)
-        return (np.linalg.norm(x, axis=1) > self.around.sphere + h) & (np.einsum("ij,ij->i", x, v) > 0.0)
+        return (np.linalg.norm(x, axis=1) > self.environment.sphere + h) & (np.einsum("ij,ij->i", x, v) > 0.0)
 
     def start(self) -> None:
         """Gravity and rates of the state as it stands."""
@@ -133,28 +139,28 @@ class Integrator:
 
     def _gravity(self) -> None:
         cloud = self.cloud
-        if not self.around.self_gravity:
-            cloud.gravity[:] = (0.0, 0.0, -self.around.down)
+        if not self.environment.self_gravity:
+            cloud.gravity[:] = (0.0, 0.0, -self.environment.down)
             cloud.gravity_position[:] = cloud.position
             return
         position, mass, softening = cloud.position, cloud.mass, self.softening
-        if self.around.symmetry != "none":
-            parts = symmetry.copies(self.around.symmetry)
-            position = symmetry.unfolded(position, self.around.symmetry)
+        if self.environment.symmetry != "none":
+            parts = symmetry.copies(self.environment.symmetry)
+            position = symmetry.unfolded(position, self.environment.symmetry)
             mass, softening = np.tile(mass, parts), np.tile(softening, parts)
         raw = tree.gravity(position, mass, softening, self.numerics.theta)
         field, size = tree.remove_net_force(raw, position, mass)
         cloud.gravity[:] = field[: len(cloud)]
-        if self.around.down > 0.0:
-            cloud.gravity[:, 2] -= self.around.down
+        if self.environment.down > 0.0:
+            cloud.gravity[:, 2] -= self.environment.down
         cloud.gravity_position[:] = cloud.position
         self.gravity_time = self.time
         self.gravity_evaluations += 1
         self.gravity_correction = max(self.gravity_correction, size)
 
     def _gravity_is_stale(self) -> bool:
-        """Whether a bound particle has moved by ``gravity_shift`` of its h, unless the field is younger than ``YOUNG``
-        of the free-fall time.
+        """Whether a bound particle has moved by ``gravity_shift`` of its h, unless the field is younger than
+        ``REFRESH_AGE`` of the free-fall time.
 
         In that time even the projectile crosses 2 % of the body, so that its g of some 1 m/s^2, beside shock
         accelerations of 1000 m/s^2, is off by 5 %; without the exception it alone would call for a new field at almost
@@ -162,7 +168,7 @@ class Integrator:
         """
         cloud = self.cloud
         shift = self.numerics.gravity_shift
-        if not self.around.self_gravity:
+        if not self.environment.self_gravity:
             return False
         if shift > 0.0 and self.time - self.gravity_time < self.min_refresh_age:
             return False
@@ -186,8 +192,8 @@ class Integrator:
             self.strength,
             self.damage,
             self.evaluated,
-            not self.hold,
-            self.soft.c2 if self.soft is not None else None,
+            not self.freeze_energy,
+            self.late_medium.c2 if self.late_medium is not None else None,
         )
         state.check(cloud, self.materials, self.evaluated, self.time)
         e, pairs = self.evaluated, self.neighbourhood.pairs
@@ -207,7 +213,7 @@ class Integrator:
             self._fill_images()
         if self.gradient_scale != 1.0:
             e.row[:, VOLUME] *= self.gradient_scale
-        self._fill_second()
+        self._fill_extra()
         matter = pair_rates.Matter(cloud.material, self.rows.shear, e.strain_ratio, cloud.stress, self.strength)
         pair_rates.compute(self.scheme, self._rows(), pairs, matter, self.damping, self.rates)
         if self.numerics.length_terms:
@@ -215,10 +221,10 @@ class Integrator:
         cloud.neighbours[:] = self.rates.count
         if self.scheme.reconstructed:
             cloud.strain_rate[:] = self.rates.strain_rate
-        self.outside.weigh(cloud, self.rates, self.edge)
+        self.external_budget.evaluate(cloud, self.rates, self.edge)
         if self.edge is not None:
-            self.edge.hold(cloud, self.rates)
-        if self.around.turns_freely:
+            self.edge.freeze_energy(cloud, self.rates)
+        if self.environment.turns_freely:
             self._remove_net_torque()
 
     def _fill_images(self) -> None:
@@ -227,26 +233,26 @@ class Integrator:
 
     def _rows(self) -> Rows:
         """What the loops over pairs read, as it stands."""
-        return Rows(self.evaluated.row, self._second, self.cloud.start_density, self._inverse)
+        return Rows(self.evaluated.row, self._extra, self.cloud.start_density, self._inverse)
 
-    def _fill_second(self) -> None:
+    def _fill_extra(self) -> None:
         """What switch and corrected gradients add to the rows, images included."""
-        if not self.scheme.second_rows:
+        if not self.scheme.extra_rows:
             return
         cloud, row = self.cloud, self.evaluated.row
-        if len(self._second) < len(row):
-            self._second = np.zeros((len(row), self.scheme.second_width))
+        if len(self._extra) < len(row):
+            self._extra = np.zeros((len(row), self.scheme.extra_width))
         if self.scheme.switched:
-            self._second[: len(cloud), VISCOSITY_FRACTION] = cloud.viscosity
+            self._extra[: len(cloud), VISCOSITY_FRACTION] = cloud.viscosity
         if self.scheme.reconstructed:
-            self._second[: len(cloud), SLOPE : SLOPE + 6] = cloud.strain_rate
+            self._extra[: len(cloud), SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.conducting:
-            self._second[: len(cloud), MATERIAL] = cloud.material
-            self._second[: len(cloud), ENERGY] = cloud.specific_energy
+            self._extra[: len(cloud), MATERIAL] = cloud.material
+            self._extra[: len(cloud), ENERGY] = cloud.specific_energy
         if self.scheme.corrected:
             gradients.correct(self.scheme, self._rows(), self.neighbourhood.pairs)
         if self.images is not None:
-            self.images.second(self._second, len(cloud), self.scheme.corrected)
+            self.images.extra(self._extra, len(cloud), self.scheme.corrected)
 
     def _follow_switch(self, dt: float) -> None:
         """The fraction of the viscosity after a step."""
@@ -257,30 +263,30 @@ class Integrator:
     def _follow_length(self) -> None:
         """Smoothing lengths after the density."""
         c = self.cloud
-        if self.limits_of_length is not None and not self.hold:
+        if self.limits_of_length is not None and not self.freeze_energy:
             smoothing.follow(
                 c.density, c.start_density, c.start_support, *self.limits_of_length, self.longest, c.support_radius
             )
 
     def _remove_net_torque(self) -> None:
-        self._torque = net_torque.remove(self.cloud, self.rates.acceleration, self.around.symmetry)
+        self._torque = net_torque.remove(self.cloud, self.rates.acceleration, self.environment.symmetry)
 
-    def soften(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
+    def enter_late_stage(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
         """Enter the late stage (``sph.stepping.late``) or its next part; ``weight`` (n,) and the energies [J] as
         there."""
         rows = self.materials.rows
-        energies = late.switch(self.cloud, rows, late.soft(rows, sound_speed), weight, self.soft)
-        self.softened(sound_speed)
+        energies = late.switch(self.cloud, rows, late.late_medium(rows, sound_speed), weight, self.late_medium)
+        self.resume_late_stage(sound_speed)
         self._evaluate()
         return energies
 
-    def softened(self, sound_speed: float) -> None:
-        """Go on in the late stage (a resumed run)."""
-        self.soft = late.soft(self.materials.rows, sound_speed)
-        self.rows = self.soft.rows
+    def resume_late_stage(self, sound_speed: float) -> None:
+        """Take the moduli of the late stage (a resumed run)."""
+        self.late_medium = late.late_medium(self.materials.rows, sound_speed)
+        self.rows = self.late_medium.rows
 
     def set_viscosity(self, alpha: float, beta: float) -> None:
-        """Go on with these coefficients of the artificial viscosity."""
+        """Set the artificial-viscosity coefficients from now on."""
         self.damping = self.damping._replace(alpha=alpha, beta=beta)
 
     def next_step(self, until: float) -> float:
@@ -300,21 +306,21 @@ class Integrator:
         self.why = timestep.REASONS[why]
         return dt
 
-    def step(self, dt: float, keep: float = 1.0) -> None:
-        """One step; ``keep`` < 1 damps velocities (relaxation)."""
+    def step(self, dt: float, velocity_factor: float = 1.0) -> None:
+        """One time step; ``velocity_factor`` < 1 damps velocities (relaxation)."""
         cloud, r, e = self.cloud, self.rates, self.evaluated
-        self.outside.kick(0.5 * dt)
-        leapfrog.open_step(dt, cloud.fields, r.sums, e.response, self.hold)
+        self.external_budget.kick(0.5 * dt)
+        leapfrog.open_step(dt, cloud.fields, r.sums, e.response, self.freeze_energy)
         self.time += dt
         self._follow_length()
         self.neighbourhood.update(cloud, dt, self.time)
         if self._gravity_is_stale():
             self._gravity()
         self._evaluate()
-        leapfrog.close_step(dt, cloud.fields, r.sums, e.response, self.floor, self.hold, keep)
-        self.outside.kick(0.5 * dt)
+        leapfrog.close_step(dt, cloud.fields, r.sums, e.response, self.floor, self.freeze_energy, velocity_factor)
+        self.external_budget.kick(0.5 * dt)
         if self.edge is not None:
-            self.outside.fade(cloud, self.edge, e.wave, dt)
+            self.external_budget.fade(cloud, self.edge, e.wave, dt)
         self._follow_switch(dt)
         self.torque_removed += dt * self._torque
         self.steps += 1

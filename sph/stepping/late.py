@@ -43,7 +43,7 @@ from matter.compilation.jit import parallel_kernel, prange
 from sph.bodies.particle_cloud import Cloud
 from sph.eos import dispatch as eos
 from sph.materials.rows import Rows
-from sph.stepping.state import holding
+from sph.stepping.state import interaction_fraction
 
 SOURCES = ("RaducanJutzi2022", "MorrisMonaghan1997")
 
@@ -52,16 +52,16 @@ class Slower(Model):
     """A lower sound speed from a later time on, ``[[sph.late.slower]]``."""
 
     at: PositiveTime
-    """Time after the impact at which materials are softened again."""
+    """Time after the impact at which the sound speed is lowered again."""
     sound_speed: PositiveSpeed
     """Bulk sound speed from then on."""
 
 
 class Settings(Model):
-    """The softened late stage, ``[sph.late]``."""
+    """The late stage with a low bulk modulus, ``[sph.late]``."""
 
     at: PositiveTime
-    """Time after the impact at which materials are softened."""
+    """Time after the impact at which the sound speed is lowered."""
     sound_speed: PositiveSpeed
     """Bulk sound speed from then on."""
     alpha: Annotated[float, Field(ge=0, le=10)] = 0.1
@@ -99,7 +99,7 @@ class Settings(Model):
         return self.at if self.viscosity_at is None else self.viscosity_at
 
 
-class Soft(NamedTuple):
+class LateStageMedium(NamedTuple):
     """Moduli of the late stage: ``rows`` of the materials with them, ``c2`` (m,) squared sound speeds [m^2/s^2],
     ``ratio`` (m,) = K' / K."""
 
@@ -108,7 +108,7 @@ class Soft(NamedTuple):
     ratio: np.ndarray
 
 
-def soft(rows: Rows, sound_speed: float) -> Soft:
+def late_medium(rows: Rows, sound_speed: float) -> LateStageMedium:
     """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus."""
     stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
     stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
@@ -119,11 +119,11 @@ def soft(rows: Rows, sound_speed: float) -> Soft:
         bulk=rows.bulk * ratio,
         crack_speed=rows.crack_speed * np.sqrt(ratio),
     )
-    return Soft(changed, ratio * stiff / rows.rho0, ratio)
+    return LateStageMedium(changed, ratio * stiff / rows.rho0, ratio)
 
 
 @parallel_kernel
-def _of_law(cloud, rows, pressure, empty):
+def _pressure_by_law(cloud, rows, pressure, empty):
     """Fill ``pressure`` (n,) [Pa], before damage and tension cut, from the materials' own laws, and ``empty`` (n,)
     [kg/m^3]: of matter in tension the density without pressure, of other matter its own."""
     rho, u, distention, material = cloud.density, cloud.specific_energy, cloud.distention, cloud.material
@@ -138,8 +138,8 @@ def _of_law(cloud, rows, pressure, empty):
 
 @parallel_kernel
 def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic):
-    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and soften the ``stress`` (n, 5) in
-    position; ``state`` as ``_of_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
+    """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and scale the ``stress`` (n, 5) in
+    place; ``state`` as ``_pressure_by_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
     mass, rho, material, count = cloud.mass, cloud.density, cloud.material, cloud.neighbours
     pressure, empty = state
     for i in prange(len(rho)):
@@ -162,14 +162,16 @@ def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic
         )
         shear = J2 / (2.0 * rows.shear[m]) if rows.shear[m] > 0.0 else 0.0
         pressed, eased = max(P, 0.0), max(softer, 0.0)
-        held = holding(count[i]) * mass[i] / rho[i]  # lost particles hold nothing
+        held = interaction_fraction(count[i]) * mass[i] / rho[i]  # lost particles hold nothing
         elastic[i, 0] = held * (0.5 * pressed * pressed / stiff + shear)
         elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio[m]) + shear * ratio[m])
         for k in range(5):
             stress[i, k] *= ratio[m]
 
 
-def switch(cloud: Cloud, rows: Rows, to: Soft, weight: np.ndarray, present: Soft | None = None) -> tuple[float, float]:
+def switch(
+    cloud: Cloud, rows: Rows, to: LateStageMedium, weight: np.ndarray, present: LateStageMedium | None = None
+) -> tuple[float, float]:
     """Set ``cloud.late_density`` and scale the stress; the elastic energies [J] before and after.
 
     ``weight`` (n,) is the pressure of the body in balance where the particles are [Pa]; ``present`` the moduli of a
@@ -177,7 +179,7 @@ def switch(cloud: Cloud, rows: Rows, to: Soft, weight: np.ndarray, present: Soft
     """
     if present is None:
         pressure, empty, ratio = np.empty(len(cloud)), np.empty(len(cloud)), to.ratio
-        _of_law(cloud.fields, rows, pressure, empty)
+        _pressure_by_law(cloud.fields, rows, pressure, empty)
     else:
         empty, rows, ratio = cloud.late_density, present.rows, to.ratio / present.ratio
         pressure = present.c2[cloud.material] * (cloud.density - empty)

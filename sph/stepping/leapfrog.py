@@ -20,7 +20,7 @@ _BLOCK = 1024
 
 
 @kernel
-def _open_some(first, end, dt, cloud, rates, evaluated, hold):
+def _open_some(first, end, dt, cloud, rates, evaluated, freeze_energy):
     """``open_step`` for the particles ``first`` to ``end`` - 1."""
     x, v, rho, u, S = cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress
     D, g = cloud.root_damage, cloud.gravity
@@ -37,7 +37,7 @@ def _open_some(first, end, dt, cloud, rates, evaluated, hold):
         hrho[i] = rho[i] + 0.5 * dt * drho[i]
         rho[i] += dt * drho[i]
         hu[i], hD[i] = u[i], D[i]
-        if not hold:
+        if not freeze_energy:
             hu[i] = u[i] + 0.5 * dt * du[i]
             u[i] += dt * du[i]
             hD[i] = max(D[i], min(D[i] + 0.5 * dt * dD[i], cap[i]))
@@ -48,7 +48,7 @@ def _open_some(first, end, dt, cloud, rates, evaluated, hold):
 
 
 @kernel
-def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
+def _close_some(first, end, dt, cloud, rates, evaluated, floor, freeze_energy, velocity_factor):
     """``close_step`` for the particles ``first`` to ``end`` - 1."""
     v, rho, u, S, D = cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage
     g = cloud.gravity
@@ -59,9 +59,9 @@ def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
     P, peak, material = evaluated.pressure, cloud.peak_pressure, cloud.material
     for i in range(first, end):
         for c in range(3):
-            v[i, c] = keep * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
+            v[i, c] = velocity_factor * (hv[i, c] + 0.5 * dt * (a[i, c] + g[i, c]))
         rho[i] = max(hrho[i] + 0.5 * dt * drho[i], floor[material[i]])
-        if not hold:
+        if not freeze_energy:
             u[i] = hu[i] + 0.5 * dt * du[i]
             D[i] = max(hD[i], min(hD[i] + 0.5 * dt * dD[i], cap[i]))
             peak[i] = max(peak[i], P[i])
@@ -71,18 +71,28 @@ def _close_some(first, end, dt, cloud, rates, evaluated, floor, hold, keep):
 
 
 @parallel_kernel
-def open_step(dt, cloud, rates, evaluated, hold):
+def open_step(dt, cloud, rates, evaluated, freeze_energy):
     """The first half of a step, of ``sph.bodies.particle_cloud.Fields`` in place, with ``sph.pairs.rate_arrays.Sums``
     and ``sph.stepping.state.Response``: half a kick, drift, prediction."""
     n = len(cloud.mass)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, hold)
+        _open_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, freeze_energy)
 
 
 @parallel_kernel
-def close_step(dt, cloud, rates, evaluated, floor, hold, keep):
+def close_step(dt, cloud, rates, evaluated, floor, freeze_energy, velocity_factor):
     """The second half of a step, as ``open_step``; ``floor`` (m,) is the least density of each material [kg/m^3],
-    ``keep`` damps velocities."""
+    ``velocity_factor`` damps velocities; with ``freeze_energy`` u and D stay."""
     n = len(cloud.mass)
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        _close_some(block * _BLOCK, min(n, (block + 1) * _BLOCK), dt, cloud, rates, evaluated, floor, hold, keep)
+        _close_some(
+            block * _BLOCK,
+            min(n, (block + 1) * _BLOCK),
+            dt,
+            cloud,
+            rates,
+            evaluated,
+            floor,
+            freeze_energy,
+            velocity_factor,
+        )

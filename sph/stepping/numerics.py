@@ -45,7 +45,7 @@ def _length_terms(given: dict[str, Any]) -> bool:
 
 
 def _may_conduct(viscosity: str, switch: str, gradients: str) -> bool:
-    """What ``sph.pairs.conductivity`` asks for: to know the smooth flow, and room in the second rows
+    """What ``sph.pairs.conductivity`` asks for: to know the smooth flow, and room in the extra rows
     (``sph.pairs.row``)."""
     return viscosity == "reconstructed" and switch == "none" and gradients != "corrected"
 

@@ -53,7 +53,7 @@ KEPT = ("pressure", "sound", "wave", "damage_rate", "damage_cap", "distention", 
 
 
 @law
-def holding(count):
+def interaction_fraction(count):
     """The fraction of pressure and stress that a particle with ``count`` neighbours keeps."""
     return min(max((count - FREE) / (BOUND - FREE), 0.0), 1.0)
 
@@ -154,7 +154,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         boiling = heat >= rows.boils[m]  # what boils is no solid, whether its material says when it melts or not
         cut = 0.0 if boiling else rows.tension[m] * thermal_softening.softening(heat, rows.melt[m])
         P = max(P, -cut * inv_distention)
-        keep = holding(count[i])
+        keep = interaction_fraction(count[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
         D, s, carrying = 0.0, keep * inv_distention, rho[i]
         damage_rate[i], damage_cap[i] = 0.0, 0.0
@@ -341,6 +341,6 @@ def check(cloud, materials: Materials, out: Evaluated, time: float) -> None:
     )
 
 
-def holding_array(count: np.ndarray) -> np.ndarray:
-    """``holding`` for an array of neighbour counts."""
+def interaction_fractions(count: np.ndarray) -> np.ndarray:
+    """``interaction_fraction`` for an array of neighbour counts."""
     return np.clip((count - FREE) / (BOUND - FREE), 0.0, 1.0)

@@ -29,7 +29,7 @@ from matter.compilation.jit import parallel_kernel, prange
 from sph.bodies.particle_cloud import Cloud
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import SOUND
-from sph.stepping.state import Evaluated, holding
+from sph.stepping.state import Evaluated, interaction_fraction
 
 SOURCES = ("Monaghan1992",)
 
@@ -45,7 +45,7 @@ def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
     approach, acceleration, divergence = rates.approach, rates.acceleration, rates.divergence
     energy_rate = rates.energy
     for i in prange(len(h)):
-        if holding(count[i]) <= 0.0:
+        if interaction_fraction(count[i]) <= 0.0:
             step[i], reason[i] = 1e30, 0
             continue
         half = 0.5 * h[i]

@@ -1,4 +1,4 @@
-"""What shows that a run has gone wrong while it still goes on, so that hours are not spent on noise.
+"""Run-time sanity checks that abort a diverging run early.
 
 energy   the total has grown by more than ``GAIN`` of the projectile's kinetic energy: no step of this scheme makes
          energy; particles have run through each other, or the step is too long. (With an edge that does work,

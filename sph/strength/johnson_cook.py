@@ -48,8 +48,8 @@ def yield_stress(P, u, D, p):
     """Y [Pa] without plastic strain, the limit of sqrt(3 J2), at ``u`` / melt_energy = T*; pressure and damage do not
     change it."""
     warm = min(max(u / p.melt_energy, 0.0), 1.0)
-    soft = 1.0 - math.pow(warm, p.m) if warm > 0.0 else 1.0
-    return p.A * (1.0 + p.C * math.log(p.strain_rate)) * soft
+    thermal = 1.0 - math.pow(warm, p.m) if warm > 0.0 else 1.0
+    return p.A * (1.0 + p.C * math.log(p.strain_rate)) * thermal
 
 
 @law

@@ -12,7 +12,7 @@ from crater.measures.measure import Measures, Quantity
 from crater.pages import report
 from crater.results import soundness
 from crater.results.findings import Findings, GrainFindings, LastCrater, judged
-from sph.boundary import outside
+from sph.boundary import external_budget
 
 SHOCK = {
     "projectile": {"particles": 37, "particles_per_radius": 2.07, "momentum_kg_m_s": 1e6},
@@ -134,11 +134,11 @@ def test_a_vertical_impact_on_flat_ground_divides_by_no_zero(tmp_path):
 
 
 def test_what_weight_and_edges_gave_is_taken_out(tmp_path):
-    first = FIRST | {name: 0.0 for name in outside.COLUMNS}
+    first = FIRST | {name: 0.0 for name in external_budget.COLUMNS}
     last = first | {"total_J": 0.99e10, "momentum_z": -0.58e6}
     last |= {"outside_energy_J": -0.98e8, "outside_momentum_z": 0.42e6 - 3e-9, "outside_angular_momentum_y": 6e5}
     edges = {"edges": {"sides": "quiet", "floor": "quiet"}}
-    run = run_with(tmp_path, {**SHOCK, **edges}, rows=[first, last], more=tuple(outside.COLUMNS))
+    run = run_with(tmp_path, {**SHOCK, **edges}, rows=[first, last], more=tuple(external_budget.COLUMNS))
     rows = dict(soundness.conservation_rows(run, 1e6, (600.0, "the radius")))
     assert rows["total energy, at the end, over the initial kinetic energy"] == "-0.020%"
     assert rows["energy that the edges took (sides quiet, floor quiet), the same way"] == "0.980%"

@@ -215,7 +215,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     where = c.position[np.argsort(c.identity)][rim].copy()
     i.start()
     for _ in range(400):
-        i.step(i.next_step(1e9), keep=0.99)
+        i.step(i.next_step(1e9), velocity_factor=0.99)
     order = np.argsort(c.identity)
     assert np.array_equal(c.position[order][rim], where) and len(rim) > 20
     inside = (c.position[:, 2] > 5.0) & (c.position[:, 2] < 20.0)

@@ -61,7 +61,7 @@ def test_columns_that_others_take_are_not_shared(other):
     """The compiled loop would read a tensor or a share of the viscosity for heat and material."""
     c, second = _Cloud(216), np.zeros((216, 16))
     out = rates.Rates(216, strain_rate=True)
-    with pytest.raises(ValueError, match="one column of the second rows"):
+    with pytest.raises(ValueError, match="one column of the extra rows"):
         chosen = scheme.Scheme(reconstructed=True, conducting=True, **{other: True})
         c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=1.0))
 

@@ -25,7 +25,7 @@ ESCAPE = (2.0 * G * 2e9 / 101.0) ** 0.5
 
 
 def test_what_is_faster_than_escape_leaves():
-    found = escaping.leaving(
+    found = escaping.escaped_momentum(
         *ball([0.5 * ESCAPE, 0.97 * ESCAPE, 1.03 * ESCAPE, 30.0]),
         np.array([0.0, 0.0, -500.0]),
         np.array([0.0, 0.0, 1.0]),
@@ -38,17 +38,17 @@ def test_what_is_faster_than_escape_leaves():
 def test_what_has_parted_is_said_by_itself():
     """Of two stones that leave one is still dense ground; a parted one that falls back counts nowhere."""
     set_up = ball([0.5 * ESCAPE, 1.2 * ESCAPE, 30.0])
-    parted = np.zeros(len(set_up[2]), dtype=bool)
-    parted[[-3, -1]] = True
+    separated = np.zeros(len(set_up[2]), dtype=bool)
+    separated[[-3, -1]] = True
     shot = np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0])
-    found = escaping.leaving(*set_up, *shot, parted)
+    found = escaping.escaped_momentum(*set_up, *shot, separated)
     assert found["parted"]["mass_kg"] == pytest.approx(10.0) and found["mass_kg"] == pytest.approx(20.0)
     assert found["parted"]["beta"] == pytest.approx(1.0 + 10.0 * 30.0 / 500.0)
-    assert "parted" not in escaping.leaving(*set_up, *shot)
+    assert "parted" not in escaping.escaped_momentum(*set_up, *shot)
 
 
 def test_what_comes_in_does_not_leave():
-    found = escaping.leaving(*ball([30.0], up=-1.0), np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0]))
+    found = escaping.escaped_momentum(*ball([30.0], up=-1.0), np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0]))
     assert found["mass_kg"] == 0.0 and found["beta"] == 1.0
 
 
@@ -58,7 +58,7 @@ def test_beta_goes_by_the_normal():
     position, velocity, mass, softening = ball([0.0])
     velocity[-1] = 50.0 * normal
     momentum = np.array([300.0, 0.0, -400.0])
-    found = escaping.leaving(position, velocity, mass, softening, momentum, normal)
+    found = escaping.escaped_momentum(position, velocity, mass, softening, momentum, normal)
     assert found["beta"] == pytest.approx(1.0 + 500.0 / -(momentum @ normal))
     assert found["beta_vector"] == pytest.approx((momentum - 500.0 * normal) / 500.0)
 

@@ -11,7 +11,7 @@ from sph.bodies.particle_cloud import Cloud
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.stepping import state
-from sph.stepping.integrator import Integrator, Surroundings
+from sph.stepping.integrator import Environment, Integrator
 from sph.stepping.numerics import Numerics
 from sph.strength import dispatch, johnson_cook
 
@@ -97,5 +97,5 @@ def test_a_material_that_hardens_keeps_its_plastic_strain():
     cloud = Cloud(8)
     cloud.mass[:], cloud.density[:], cloud.support_radius[:] = 1.0, 2703.0, 2.0
     cloud.position[:] = np.stack(np.meshgrid(*((0.0, 1.0),) * 3), axis=-1).reshape(-1, 3)
-    Integrator(cloud, materials, 1.0, Numerics(), Surroundings())
+    Integrator(cloud, materials, 1.0, Numerics(), Environment())
     assert len(cloud.plastic_strain) == 8

@@ -86,7 +86,7 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     P, S, wave, total = i.evaluated.pressure.copy(), i.cloud.stress.copy(), i.evaluated.wave.copy(), energy(i)
     weight = np.where(np.arange(len(P)) % 2 == 0, 2e6, 0.0)
     ratio = 2700.0 * 300.0**2 / 26.7e9
-    before, after = i.soften(300.0, weight)
+    before, after = i.enter_late_stage(300.0, weight)
     held = np.minimum(weight, np.maximum(P, 0.0))
     pressed = P > 0.0
     assert pressed.sum() > 300 and i.evaluated.pressure[pressed] == pytest.approx(
@@ -104,17 +104,17 @@ def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
     """Without weight two switches in a row are one; what carries weight carries it through the second too."""
     twice, once = ball(), ball()
     none = np.zeros(len(twice.cloud))
-    twice.soften(300.0, none)
+    twice.enter_late_stage(300.0, none)
     P, S, total = twice.evaluated.pressure.copy(), twice.cloud.stress.copy(), energy(twice)
-    before, after = twice.soften(30.0, none)
-    once.soften(30.0, none)
+    before, after = twice.enter_late_stage(30.0, none)
+    once.enter_late_stage(30.0, none)
     assert twice.cloud.late_density == pytest.approx(once.cloud.late_density, rel=1e-12)
     assert twice.cloud.stress == pytest.approx(once.cloud.stress, rel=1e-12)
     assert twice.evaluated.pressure == pytest.approx(once.evaluated.pressure, rel=1e-6, abs=1e-9 * np.abs(P).max())
     assert energy(twice) == total and 0.0 < after < before
     weighed = ball()
-    weighed.soften(300.0, none)
-    weighed.soften(30.0, np.full(len(P), 100.0))
+    weighed.enter_late_stage(300.0, none)
+    weighed.enter_late_stage(30.0, np.full(len(P), 100.0))
     held = np.minimum(100.0, np.maximum(P, 0.0))
     pressed = P > 0.0
     assert weighed.evaluated.pressure[pressed] == pytest.approx((held + 0.01 * (P - held))[pressed], rel=1e-6)
@@ -123,7 +123,7 @@ def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
 
 def test_total_energy_is_kept_after_the_switch():
     i = ball()
-    i.soften(300.0, np.zeros(len(i.cloud)))
+    i.enter_late_stage(300.0, np.zeros(len(i.cloud)))
     begun, kinetic = energy(i), energy(i) - i.cloud.mass @ i.cloud.specific_energy
     for _ in range(40):
         i.step(i.next_step(1e9))
@@ -134,7 +134,7 @@ def test_total_energy_is_kept_after_the_switch():
 def test_pores_stay_as_they_are():
     """A porous ball that is squeezed: frozen pores, one sound speed."""
     i = ball(porosity="p_alpha", p_alpha={"alpha0": 1.5}, crush_quadratic={"Pe": "0.1 MPa", "Ps": "10 MPa"})
-    i.soften(100.0, np.zeros(len(i.cloud)))
+    i.enter_late_stage(100.0, np.zeros(len(i.cloud)))
     rest = i.cloud.distention.copy()
     assert rest.max() > 1.3 and np.array_equal(i.evaluated.distention, rest)
     assert i.evaluated.sound == pytest.approx(100.0)
@@ -149,9 +149,11 @@ def test_a_gas_and_softer_matter_keep_their_moduli():
         ("basalt", "ice"),
         {"ice": Choice(eos="ideal_gas", strength="none", damage="none", ideal_gas={"rho0": "1 kg/m^3", "gamma": 1.4})},
     ).rows
-    soft = late.soft(rows, 100.0)
-    assert soft.ratio[1] == 1.0 and soft.ratio[0] == pytest.approx(2700e4 / 26.7e9)
-    assert late.soft(rows, 1e5).ratio[0] == 1.0 and np.array_equal(late.soft(rows, 1e5).rows.shear, rows.shear)
+    late_medium = late.late_medium(rows, 100.0)
+    assert late_medium.ratio[1] == 1.0 and late_medium.ratio[0] == pytest.approx(2700e4 / 26.7e9)
+    assert late.late_medium(rows, 1e5).ratio[0] == 1.0 and np.array_equal(
+        late.late_medium(rows, 1e5).rows.shear, rows.shear
+    )
 
 
 def test_the_prediction_knows_the_longer_steps():

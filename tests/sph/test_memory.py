@@ -10,9 +10,9 @@ from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
+from sph.stepping.environment import Environment
 from sph.stepping.integrator import Integrator
 from sph.stepping.numerics import SETS, Numerics
-from sph.stepping.surroundings import Surroundings
 
 POROUS = {"ice": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.1})}
 
@@ -34,7 +34,7 @@ def ice(request):
             Body(place * 1e3, rho * 1e9, rho, np.full(8000, 1.03e3 * chosen.support), zero, zero, np.full(8000, 1.1))
         )
         seeding.seed_flaws(cloud, materials, 1)
-        return Integrator(cloud, materials, 2e4, chosen, Surroundings(self_gravity=False, down=1.0))
+        return Integrator(cloud, materials, 2e4, chosen, Environment(self_gravity=False, down=1.0))
 
     made.name = request.param
     return made

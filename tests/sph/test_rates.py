@@ -208,4 +208,8 @@ def test_damage_takes_tension_and_shear_once():
 
 
 def test_a_particle_without_neighbours_feels_no_pressure():
-    assert state.holding(0) == 0.0 and state.holding(state.FREE) == 0.0 and state.holding(state.BOUND) == 1.0
+    assert (
+        state.interaction_fraction(0) == 0.0
+        and state.interaction_fraction(state.FREE) == 0.0
+        and state.interaction_fraction(state.BOUND) == 1.0
+    )

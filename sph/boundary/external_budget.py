@@ -1,5 +1,5 @@
-"""What acts on the matter from outside gives it momentum and energy: booked where it acts, so that the ledger of flat
-ground can close.
+"""Budget of the momentum and energy that boundaries and gravity give to the matter; the conservation check of flat
+ground needs it.
 
     weight        m g of what may move; its work is in m g z
     fixed rim     what pairs gave the rim's particles and the rim kept: -m a, -m du/dt
@@ -41,7 +41,7 @@ def _book(total, weight, x, p):
 
 @kernel
 def _rim(identity, fixed, mass, position, acceleration, energy, rate):
-    """Take from ``rate`` (7,) what pairs give the rim."""
+    """Subtract from ``rate`` (7,) the momentum and energy that pairs give to the rim."""
     for i in range(len(mass)):
         if fixed[identity[i]]:
             _book(rate, -mass[i], position[i], acceleration[i])
@@ -57,7 +57,7 @@ def _weight(identity, fixed, mass, position, pull, rate):
 
 
 @kernel
-def _held(identity, kappa, mass, position, velocity, energy, total):
+def _layer_sums(identity, kappa, mass, position, velocity, energy, total):
     """Add momentum, angular momentum and energy of the layer to ``total``."""
     for i in range(len(mass)):
         if kappa[identity[i]] > 0.0:
@@ -66,25 +66,25 @@ def _held(identity, kappa, mass, position, velocity, energy, total):
             total[6] += mass[i] * (0.5 * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2) + energy[i])
 
 
-def _layers(cloud, edge: Edge) -> np.ndarray:
+def _all_layers(cloud, edge: Edge) -> np.ndarray:
     total = np.zeros(7)
     for kappa in edge.layers.values():
-        _held(cloud.identity, kappa, cloud.mass, cloud.position, cloud.velocity, cloud.specific_energy, total)
+        _layer_sums(cloud.identity, kappa, cloud.mass, cloud.position, cloud.velocity, cloud.specific_energy, total)
     return total
 
 
-class Outside:
+class ExternalBudget:
     """``given`` (7,): momentum [kg m/s], angular momentum [kg m^2/s] and energy [J] given so far; ``rate`` (7,), per
     second, of the last evaluation."""
 
-    def __init__(self, around):
+    def __init__(self, environment):
         self.given, self.rate = np.zeros(7), np.zeros(7)
-        self.pull = np.array([0.0, 0.0, -around.down])
-        planes = () if around.images is None else around.images.planes
+        self.pull = np.array([0.0, 0.0, -environment.down])
+        planes = () if environment.images is None else environment.images.planes
         self.walls = sorted({plane.axis for plane in planes if isinstance(plane, Wall)})
 
-    def weigh(self, cloud, rates, edge: Edge | None) -> None:
-        """The rates of the state as it stands, before those of the rim of ``edge`` are taken away."""
+    def evaluate(self, cloud, rates, edge: Edge | None) -> None:
+        """The present rates, before those of the rim of ``edge`` are set to zero."""
         self.rate[:] = 0.0
         for axis in self.walls:
             self.rate[axis] = float(cloud.mass @ rates.acceleration[:, axis])
@@ -100,15 +100,15 @@ class Outside:
 
     def fade(self, cloud, edge: Edge, wave: np.ndarray, dt: float) -> None:
         """One step of the layers of ``edge``, booked."""
-        self.given -= _layers(cloud, edge)
+        self.given -= _all_layers(cloud, edge)
         edge.fade(cloud, wave, dt)
-        self.given += _layers(cloud, edge)
+        self.given += _all_layers(cloud, edge)
 
     def state(self) -> dict[str, Any]:
-        """What a resumed run needs, by name."""
+        """Arrays for a checkpoint, by name."""
         return {f"outside_{name}": getattr(self, name) for name in _KEPT}
 
     def restore(self, numbers: Mapping[str, Any]) -> None:
-        """Take up a ``state``; of a run begun before it was booked it is not known."""
+        """Restore a ``state``; NaN for runs whose checkpoint lacks the budget."""
         for name in _KEPT:
             getattr(self, name)[:] = numbers.get(f"outside_{name}", np.nan)

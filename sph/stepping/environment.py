@@ -1,4 +1,4 @@
-"""What a cloud of the shock stage lies in: gravity, boundaries, and the rest of a whole of which it is a part."""
+"""External conditions of the SPH domain: gravity, boundaries and mirror symmetry."""
 
 from __future__ import annotations
 
@@ -9,8 +9,8 @@ from sph.boundary.edge import Edge
 from sph.boundary.images import Images
 
 
-class Surroundings(NamedTuple):
-    """What acts on a cloud from outside of its pairs.
+class Environment(NamedTuple):
+    """Everything besides pair forces that acts on the particles.
 
     self_gravity : whether the particles attract each other;  down : uniform gravity towards -z [m/s^2]. images, edge :
     periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own

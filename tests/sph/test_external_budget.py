@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from sph import stage
-from sph.boundary import outside
+from sph.boundary import external_budget
 from sph.stepping import history
 from tests.sph.test_ground import IMPACT, flat, settings
 
@@ -48,7 +48,7 @@ def test_what_weight_and_edges_gave_closes_the_ledger(changes, energy, tmp_path)
 
 def test_rows_of_a_run_begun_before_it_was_booked_are_taken_up(tmp_path):
     path = tmp_path / "history.csv"
-    old = [name for name in history.COLUMNS if name not in outside.COLUMNS]
+    old = [name for name in history.COLUMNS if name not in external_budget.COLUMNS]
     rows = [{name: "sound" if name == "dt_limit" else float(k) for name in old} for k in range(2)]
     with open(path, "w", newline="") as file:
         writer = csv.DictWriter(file, old)
@@ -56,7 +56,7 @@ def test_rows_of_a_run_begun_before_it_was_booked_are_taken_up(tmp_path):
         writer.writerows(rows)
     taken = history.History(path)
     taken.restore(10)
-    assert len(taken.rows) == 2 and all(np.isnan(taken.rows[0][name]) for name in outside.COLUMNS)
+    assert len(taken.rows) == 2 and all(np.isnan(taken.rows[0][name]) for name in external_budget.COLUMNS)
     taken.write()
     assert taken.drift() == {
         "energy_J": 1.0,
