@@ -14,7 +14,7 @@ from dem.beds.container import Container
 from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
-from dem.beds.loose_packing import Loose
+from dem.beds.loose_packing import LooseBed
 from dem.beds.settings import Settings
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
@@ -85,7 +85,7 @@ def make(
         points, equal = grain_packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius, sizes = np.full(len(points), equal), grading.Grading(equal, container.radius, 0.0)
     else:
-        loose = Loose.of_law(ground, container, settings.contact) if settings.packing == "loose" else None
+        loose = LooseBed.of_law(ground, container, settings.contact) if settings.packing == "loose" else None
         filled = grain_packing.FRACTION if loose is None else loose.mean(loose.fraction)
         sizes, _ = grading.solved(
             settings.count, settings.radius_spread, filled, container, settings.impact, settings.growth

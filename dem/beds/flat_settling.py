@@ -23,7 +23,7 @@ from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.grain_packing import FRACTION, HEXAGONAL
-from dem.beds.loose_packing import Loose
+from dem.beds.loose_packing import LooseBed
 from dem.beds.settling import Settling
 from dem.beds.settling_phases import PHASES, Phase
 from dem.contact.gravity import Field
@@ -61,7 +61,7 @@ class FlatSettling(Settling):
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Container, contact: Contact,
         limit: float,
-        hexagonal: bool = False, speed: float | None = None, loose: Loose | None = None,
+        hexagonal: bool = False, speed: float | None = None, loose: LooseBed | None = None,
     ):  # fmt: skip
         self.ground, self.container, self.speed = ground, container, speed
         self.nominal = loose.mean(loose.fraction) if loose else HEXAGONAL if hexagonal else FRACTION

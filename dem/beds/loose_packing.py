@@ -73,7 +73,7 @@ def begins(fraction: np.ndarray) -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Loose(Generic[D]):
+class LooseBed(Generic[D]):
     """How a loose bed of this ``ground`` begins in its ``domain``: solid ``fraction`` at rest (layers,)."""
 
     ground: FlatGround | LayeredBody
@@ -81,11 +81,11 @@ class Loose(Generic[D]):
     fraction: np.ndarray
 
     @staticmethod
-    def of_law(ground: FlatGround | LayeredBody, domain: D, contact: Contact) -> Loose[D]:
+    def of_law(ground: FlatGround | LayeredBody, domain: D, contact: Contact) -> LooseBed[D]:
         """With the critical state of the contact law, whose first measurement takes some twenty seconds."""
         liquid = np.array([SPECIES[contact.species_of(name)] == "ocean" for name in ground.materials])
         solid = CLOSE if liquid.all() else at_rest(friction_angle.loose_fraction(contact))
-        return Loose(ground, domain, np.where(liquid, CLOSE, solid))
+        return LooseBed(ground, domain, np.where(liquid, CLOSE, solid))
 
     def mean(self, fraction: np.ndarray) -> float:
         """Mean by volume over the domain of something of each layer (layers,)."""

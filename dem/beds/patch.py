@@ -87,16 +87,15 @@ def expected_gravity(target: Target, densities: Mapping[str, AtRest]) -> float:
     return felt_at_site(SolidBody.expected(target, densities), target.placed.normal)[0]
 
 
-class Lie(NamedTuple):
-    """How the ground lies round the site: its ``normal`` (3,) and principal ``curvature`` (2,) [1/m], positive where
-    it bulges out."""
+class SiteGeometry(NamedTuple):
+    """``normal`` (3,) of the ground at the site and its principal ``curvature`` (2,) [1/m], positive where convex."""
 
     normal: np.ndarray
     curvature: np.ndarray
 
 
-def lie(placed: Placed, axes: tuple[float, float, float] | None, within: float) -> Lie:
-    """How the ground lies within a chord [m] of the site: by the quadric that fits it best (least squares by area).
+def site_geometry(placed: Placed, axes: tuple[float, float, float] | None, within: float) -> SiteGeometry:
+    """Normal and curvature of the ground within a chord [m] of the site: the least-squares quadric, weighted by area.
     The normal of the one triangle under the site may be off by half a degree.
 
         z = z_0 + t . x - x K x / 2        z along the normal of that triangle, x across it
@@ -116,7 +115,7 @@ def lie(placed: Placed, axes: tuple[float, float, float] | None, within: float) 
     _, east, north, xx, xy, yy = np.linalg.lstsq(table * weight[:, None], z * weight, rcond=None)[0]
     normal = np.array([-east, -north, 1.0]) / math.sqrt(1.0 + east**2 + north**2)
     frame = placed.from_site(site + np.eye(3))  # rows: where the axes of the run lie in that frame
-    return Lie(np.asarray(frame @ normal), np.linalg.eigvalsh([[xx, xy], [xy, yy]]) / within)
+    return SiteGeometry(np.asarray(frame @ normal), np.linalg.eigvalsh([[xx, xy], [xy, yy]]) / within)
 
 
 def target_of(settings: Settings) -> Target:
@@ -151,7 +150,7 @@ def read(settings: Settings, path: Path) -> Patch:
     deep = wide
     if settings.shape != "bowl":
         deep = settings.depth or extent.depth(settings.impact.expected_transient_diameter, math.inf)
-    ground = lie(body.placed, settings.target.axes, wide)
+    ground = site_geometry(body.placed, settings.target.axes, wide)
     gravity, slope = felt_at_site(body, ground.normal)
     if gravity <= 0.0:
         raise InputError(

@@ -18,7 +18,7 @@ import numpy as np
 from dem.beds import bed_measures, grain_masses, grain_packing
 from dem.beds.bed_domain import Domain
 from dem.beds.layered_body import LayeredBody
-from dem.beds.loose_packing import Loose
+from dem.beds.loose_packing import LooseBed
 from dem.beds.relaxation import Fire
 from dem.beds.settling_phases import PHASES, Phase
 from dem.contact.columns import MASS, RADIUS, STIFFNESS, WX
@@ -60,7 +60,7 @@ class Settling:
 
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact,
-        limit: float, loose: Loose | None = None,
+        limit: float, loose: LooseBed | None = None,
     ):  # fmt: skip
         self.body, self.domain, self.contact, self.limit, self.loose = body, domain, contact, limit, loose
         self.settled_in = domain

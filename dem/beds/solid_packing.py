@@ -86,7 +86,7 @@ def bulk_fraction(position: np.ndarray, radius: np.ndarray, distance: Distance) 
 
 @dataclass(frozen=True)
 class Inside:
-    """The push of the body's surface on grains that would leave it (``dem.grains.cached_gravity.Outer``); they
+    """The push of the body's surface on grains that would leave it (``dem.grains.cached_gravity.ExternalForce``); they
     may ``stand`` [m] out of it."""
 
     distance: Distance

@@ -36,7 +36,7 @@ from dem.contact.gravity import Field
 from dem.contact.settings import OCEAN, Contact
 from dem.grains import cached_gravity, turning_frame
 from dem.grains.assembly import Assembly, Extras
-from dem.grains.cached_gravity import Outer
+from dem.grains.cached_gravity import ExternalForce
 from dem.grains.self_gravity import SelfGravity
 from matter.particles import Particles
 
@@ -91,7 +91,7 @@ class SolidSettling(Settling):
         """g [m/s^2] that speeds are measured against."""
         return self.ground.surface_gravity
 
-    def outer(self) -> tuple[Outer, ...]:
+    def outer(self) -> tuple[ExternalForce, ...]:
         """What acts in the present phase besides the grains' own pull."""
         now = self.plan[self.phase]
         if now.fire:

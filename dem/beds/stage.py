@@ -34,7 +34,7 @@ from dem.beds import (
 from dem.beds.bed_domain import Domain
 from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
-from dem.beds.loose_packing import Loose
+from dem.beds.loose_packing import LooseBed
 from dem.beds.settings import Settings
 from dem.beds.solid_body import is_solid
 from dem.contact.columns import RADIUS
@@ -193,7 +193,7 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius, loose = grain_packing.radii(settings.count, settings.radius_spread, domain, seeds[0]), None
     if settings.packing == "loose":
-        loose = Loose.of_law(body, domain, settings.contact)
+        loose = LooseBed.of_law(body, domain, settings.contact)
         radius = loose.radii(radius)
         points = loose.centres(radius, loose.raised(radius), grain_packing.random_points, seeds[1])
     else:

@@ -9,16 +9,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.contact.columns import (
-    ANGULAR_GONE,
+    ALL_DISSIPATED,
     ANGULAR_IMPULSE,
+    ANGULAR_REMOVED,
     AT_WALLS,
     DISSIPATED,
     DRAGGED,
-    ENERGY_GONE,
+    ENERGY_REMOVED,
     IMPULSE,
-    MOMENTUM_GONE,
+    MOMENTUM_REMOVED,
     RADIUS,
-    SPENT,
     WX,
 )
 from dem.grains.assembly import Assembly
@@ -68,18 +68,23 @@ class Balance:
         """Those of the present state. What fast ejecta lose in flight does not count as spent: it would hide errors of
         the bed."""
         booked = bed.booked.sum(axis=0)
-        total = sum(bed.energies().values()) + float(bed.report[SPENT].sum()) + booked[ENERGY_GONE] - bed.weight_energy
+        total = (
+            sum(bed.energies().values())
+            + float(bed.report[ALL_DISSIPATED].sum())
+            + booked[ENERGY_REMOVED]
+            - bed.weight_energy
+        )
         total -= bed.pull_state[WORK]
-        spent = float(bed.report[[DISSIPATED, DRAGGED, AT_WALLS]].sum()) - bed.lost_in_flight
-        off_p = np.linalg.norm(bed.momentum() + booked[MOMENTUM_GONE] - bed.report[IMPULSE] - self.momentum)
+        dissipated = float(bed.report[[DISSIPATED, DRAGGED, AT_WALLS]].sum()) - bed.lost_in_flight
+        off_p = np.linalg.norm(bed.momentum() + booked[MOMENTUM_REMOVED] - bed.report[IMPULSE] - self.momentum)
         off_l = np.linalg.norm(
-            bed.angular_momentum() + booked[ANGULAR_GONE] - bed.report[ANGULAR_IMPULSE] - self.angular
+            bed.angular_momentum() + booked[ANGULAR_REMOVED] - bed.report[ANGULAR_IMPULSE] - self.angular
         )
         return Errors(
             total,
             float(off_p / max(self.scale_p, 1e-300)),
             float(off_l / max(self.scale_l, 1e-300)),
-            (total - self.energy) / max(self.handed + spent, 1e-300),
+            (total - self.energy) / max(self.handed + dissipated, 1e-300),
         )
 
     def state(self) -> dict[str, Any]:

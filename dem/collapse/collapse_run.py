@@ -22,14 +22,14 @@ from dem.collapse.balance import Balance, handed_energy
 from dem.collapse.origins import Origins
 from dem.collapse.stillness import Stillness, surface_profile
 from dem.contact.columns import (
-    ANGULAR_GONE,
+    ALL_DISSIPATED,
     ANGULAR_IMPULSE,
-    ENERGY_GONE,
-    GRAINS_GONE,
+    ANGULAR_REMOVED,
+    ENERGY_REMOVED,
+    GRAINS_REMOVED,
     IMPULSE,
-    MASS_GONE,
-    MOMENTUM_GONE,
-    SPENT,
+    MASS_REMOVED,
+    MOMENTUM_REMOVED,
 )
 from dem.grains.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.settings import Settings
@@ -195,11 +195,11 @@ class Collapse:
         energies, booked = bed.energies(), bed.booked.sum(axis=0)
         p, l, off = bed.momentum(), bed.angular_momentum(), self.balance.errors(bed)
         return [
-            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(), *bed.report[SPENT],
-            booked[ENERGY_GONE], off.total,
+            bed.time, bed.dt, float(bed.mass[: bed.moving].sum()), *p, *l, *energies.values(),
+            *bed.report[ALL_DISSIPATED], booked[ENERGY_REMOVED], off.total,
             *bed.report[IMPULSE], *bed.report[ANGULAR_IMPULSE], *off[1:], bed.worst, bed.over_warn, bed.contacts,
             bed.speed, bed.active,
-            bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_GONE], self.still.change,
+            bed.moving - bed.active, len(bed.X) - bed.moving, booked[MASS_REMOVED], self.still.change,
             bed.stiffness_energy, bed.softness, bed.stiffness_excess,
             bed.lost_in_flight,
         ]  # fmt: skip
@@ -313,13 +313,13 @@ class Collapse:
 
 
 def _book(row: np.ndarray) -> dict[str, Any]:
-    p, l = row[MOMENTUM_GONE].tolist(), row[ANGULAR_GONE].tolist()
+    p, l = row[MOMENTUM_REMOVED].tolist(), row[ANGULAR_REMOVED].tolist()
     return {
-        "grains": int(row[GRAINS_GONE]),
-        "mass_kg": row[MASS_GONE],
+        "grains": int(row[GRAINS_REMOVED]),
+        "mass_kg": row[MASS_REMOVED],
         "momentum_kg_m_s": p,
         "angular_momentum_kg_m2_s": l,
-        "energy_J": row[ENERGY_GONE],
+        "energy_J": row[ENERGY_REMOVED],
     }
 
 

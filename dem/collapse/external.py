@@ -35,7 +35,7 @@ from dem.beds.layered_body import LayeredBody
 from dem.beds.whole_body_bed import WholeBody
 from dem.collapse import flight
 from dem.collapse.collapse_run import COLUMNS, Collapse
-from dem.contact.columns import DISSIPATED, ENERGY_GONE, MASS, RADIUS, TOUCHING
+from dem.contact.columns import DISSIPATED, ENERGY_REMOVED, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
 from dem.engines.over_body import OverBody
@@ -237,7 +237,7 @@ class ExternalCollapse(Collapse):
 
     def _row(self) -> list[float]:
         bed = self.bed
-        booked = float(bed.booked[:, ENERGY_GONE].sum())
+        booked = float(bed.booked[:, ENERGY_REMOVED].sum())
         bed.report[DISSIPATED] = self.balance.energy - sum(bed.energies().values()) - booked
         row = super()._row()
         for k in _UNKNOWN:

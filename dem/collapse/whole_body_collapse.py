@@ -13,10 +13,10 @@ from typing import Any, TypeVar
 from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
 from dem.beds.whole_body_bed import PoseTracker, WholeBody
-from dem.collapse import leaving
+from dem.collapse import escaping_grains
 from dem.grains import cached_gravity
 from dem.grains.assembly import Assembly
-from dem.grains.cached_gravity import Outer
+from dem.grains.cached_gravity import ExternalForce
 from dem.grains.self_gravity import SelfGravity
 from dem.settings import Settings
 from matter.errors import InputError
@@ -36,7 +36,7 @@ def check(settings: Settings) -> None:
         )
 
 
-def forces(body: object, settings: Settings) -> tuple[SelfGravity | None, tuple[Outer, ...]]:
+def forces(body: object, settings: Settings) -> tuple[SelfGravity | None, tuple[ExternalForce, ...]]:
     """The pull of the grains on each other and what acts besides; nothing on other ground."""
     if not isinstance(body, SolidBody):
         return None, ()
@@ -53,15 +53,15 @@ def with_hill_sphere(domain: Region, body: object) -> Region:
 
 
 def leaving_of(bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What leaves a whole body, as it stands (``dem.collapse.leaving``); nothing of other ground."""
-    return {} if tracker is None else leaving.report(bed, shot)
+    """What leaves a whole body, as it stands (``dem.collapse.escaping_grains``); nothing of other ground."""
+    return {} if tracker is None else escaping_grains.report(bed, shot)
 
 
 def report(
     bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
 ) -> dict[str, Any]:
     """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
-    leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.collapse.leaving``)."""
+    leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.collapse.escaping_grains``)."""
     if tracker is None:
         return {}
     k, escaping = slice(0, bed.active), leaving_of(bed, tracker, shot)

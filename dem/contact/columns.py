@@ -31,8 +31,8 @@ SLIP, ROLL, TWIST, TOUCHING = 0, 3, 6, 7
 HISTORY = 8
 """Columns of the history that every scheme has; the next are there by the scheme
 (``dem.contact.contact_scheme.Scheme.history``)."""
-LAID = 8
-"""History with springs of changing stiffness: the normal tangent stiffness that they were last laid down for [N/m]."""
+REFERENCE_STIFFNESS = 8
+"""History with springs of changing stiffness: the normal tangent stiffness to which they refer [N/m]."""
 OFFSET, USUAL = 8, 9
 """History with offsets: what is added to the overlap [m], and the force that the normal spring carries for long [N]
 (``dem.stiffness.change``)."""
@@ -48,10 +48,10 @@ PAIR_COLUMNS = COHESION.stop
 DISSIPATED, EXCESS, DRAGGED, AT_WALLS = range(4)
 """Sums over the run (10,) [J]: dissipated in contacts, excess taken from returned grains, dissipated by drag and at
 walls; then the two below."""
-SPENT, IMPULSE, ANGULAR_IMPULSE = slice(0, 4), slice(4, 7), slice(7, 10)
+ALL_DISSIPATED, IMPULSE, ANGULAR_IMPULSE = slice(0, 4), slice(4, 7), slice(7, 10)
 """Of these sums: all that is dissipated; external impulse [kg m/s] and angular impulse [kg m^2/s]."""
 SUMS = 10
 
-GRAINS_GONE, MASS_GONE, MOMENTUM_GONE, ANGULAR_GONE, ENERGY_GONE = 0, 1, slice(2, 5), slice(5, 8), 8
+GRAINS_REMOVED, MASS_REMOVED, MOMENTUM_REMOVED, ANGULAR_REMOVED, ENERGY_REMOVED = 0, 1, slice(2, 5), slice(5, 8), 8
 """Books of the grains that left, by reason (reasons, 9): number, mass, momentum, angular momentum, energy."""
 BOOKS = 9

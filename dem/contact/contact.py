@@ -15,7 +15,18 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem.contact.columns import COHESION, DAMPING_N, LAID, NORMAL, PAIR_COLUMNS, RATIO, ROLL, SHAPE, SLIP, TWIST
+from dem.contact.columns import (
+    COHESION,
+    DAMPING_N,
+    NORMAL,
+    PAIR_COLUMNS,
+    RATIO,
+    REFERENCE_STIFFNESS,
+    ROLL,
+    SHAPE,
+    SLIP,
+    TWIST,
+)
 from dem.laws import dispatch as chosen
 from matter.compilation.jit import kernel, law
 from matter.compilation.law_family import compiled
@@ -38,8 +49,8 @@ class Numbers(NamedTuple):
 
 class Springs(NamedTuple):
     """The history of a contact (``dem.contact.columns``): tangential spring ``s`` [m], rolling spring ``a`` and
-    twisting spring ``phi`` [rad], ``flag``, and the stiffness that they were ``laid`` down for [N/m], where the scheme
-    has it."""
+    twisting spring ``phi`` [rad], ``flag``, and ``reference_stiffness`` [N/m], the normal tangent stiffness to which
+    the springs refer, where the scheme has it."""
 
     sx: float
     sy: float
@@ -49,7 +60,7 @@ class Springs(NamedTuple):
     az: float
     phi: float
     flag: float
-    laid: float
+    reference_stiffness: float
 
 
 class Bodies(NamedTuple):
@@ -67,7 +78,7 @@ class Bodies(NamedTuple):
 
 class Response(NamedTuple):
     """What a contact gives: normal force ``fn`` (pushes apart), tangential force ``t`` [N] and moment ``m`` [N m] on
-    the first body; energy ``stored`` in springs, ``spent`` and taken out as ``excess`` in this step [J]; the
+    the first body; ``elastic_energy`` in springs, ``dissipated_energy`` and ``excess`` taken out in this step [J]; the
     ``springs`` after it."""
 
     fn: float
@@ -77,8 +88,8 @@ class Response(NamedTuple):
     mx: float
     my: float
     mz: float
-    stored: float
-    spent: float
+    elastic_energy: float
+    dissipated_energy: float
     excess: float
     springs: Springs
 
@@ -132,10 +143,10 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
     the ``Springs`` before it.
 
     ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.contact_scheme.Scheme``:
-    which laws. With ``rescale`` and friction the springs are now laid down for the present tangent stiffness.
+    which laws. With ``rescale`` and friction the springs then refer to the present tangent stiffness.
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, curvature_difference = kinematics
-    sx, sy, sz, ax, ay, az, phi, flag, laid = springs
+    sx, sy, sz, ax, ay, az, phi, flag, reference_stiffness = springs
     normal, rescale = scheme.normal, scheme.rescale
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
     k = chosen.stiffness(normal, numbers.normal, overlap, bodies)
@@ -145,8 +156,8 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
     root = math.sqrt(k * reduced) * fraction
     damping = numbers.damping_n * root
     fn = chosen.normal_force(normal, overlap, un, k, damping, tail)
-    spent = (chosen.elastic_force(normal, overlap, k) - fn) * un * dt
-    stored = chosen.elastic_energy(normal, overlap, k)
+    dissipated_energy = (chosen.elastic_force(normal, overlap, k) - fn) * un * dt
+    elastic_energy = chosen.elastic_energy(normal, overlap, k)
     excess = 0.0
     mu = numbers.friction
     tx, ty, tz, mx, my, mz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -156,11 +167,14 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
         ct = numbers.damping_t * root
         turn = spin * dt
         sx, sy, sz = turned(sx, sy, sz, nx, ny, nz, turn)
-        # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into the one it was
-        # laid down for
+        # springs of changing stiffness: ``kept`` of each stays, ``old`` turns the new stiffness into their
+        # reference stiffness
         kept, old = 1.0, 1.0
         if rescale != 0:
-            kept, old = chosen.retained_fraction(scheme.tangential, k, laid, rescale), laid / k
+            kept, old = (
+                chosen.retained_fraction(scheme.tangential, k, reference_stiffness, rescale),
+                reference_stiffness / k,
+            )
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
         if rescale != 0:
             before *= old
@@ -171,8 +185,8 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
             scheme.tangential, sx + ux * span, sy + uy * span, sz + uz * span, ux, uy, uz, kt, ct, mu * load
         )
         after = 0.5 * kt * (sx * sx + sy * sy + sz * sz)
-        spent += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
-        stored += after
+        dissipated_energy += (tx * ux + ty * uy + tz * uz) * dt - (after - before)
+        elastic_energy += after
         arm = numbers.shape * radius
         if arm > 0.0:
             if numbers.rolling > 0.0:
@@ -199,8 +213,10 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
                 after = 0.5 * kr * (ax * ax + ay * ay + az * az)
                 # sliding turns the spring of unequal grains too, but the moment works on their spins alone
                 slid = mx * (ny * uz - nz * uy) + my * (nz * ux - nx * uz) + mz * (nx * uy - ny * ux)
-                spent += (mx * rx + my * ry + mz * rz - curvature_difference * slid) * dt - (after - before)
-                stored += after
+                dissipated_energy += (mx * rx + my * ry + mz * rz - curvature_difference * slid) * dt - (
+                    after - before
+                )
+                elastic_energy += after
             if numbers.twisting > 0.0:
                 kq = 2.0 * kt * arm * arm
                 before = 0.5 * kq * phi * phi
@@ -216,13 +232,13 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
                     numbers.twisting * mu * arm * load,
                 )
                 after = 0.5 * kq * phi * phi
-                spent += mt * twist_rate * dt - (after - before)
-                stored += after
+                dissipated_energy += mt * twist_rate * dt - (after - before)
+                elastic_energy += after
                 mx += mt * nx
                 my += mt * ny
                 mz += mt * nz
         if rescale != 0:
-            laid = k
+            reference_stiffness = k
     if over_speed > 0.0 and -un > over_speed:
         # twice the step as the time constant: the excess is gone within a few steps, and no step can reverse it
         correction = reduced * (-un - over_speed) / (2.0 * dt)
@@ -231,9 +247,19 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
     if pull != 0.0:
         # its jump at the edges of the contact weighs like that of the dashpots
         fn -= pull * fraction
-        stored -= bound
+        elastic_energy -= bound
     return Response(
-        fn, tx, ty, tz, mx, my, mz, stored, spent, excess, Springs(sx, sy, sz, ax, ay, az, phi, flag, laid)
+        fn,
+        tx,
+        ty,
+        tz,
+        mx,
+        my,
+        mz,
+        elastic_energy,
+        dissipated_energy,
+        excess,
+        Springs(sx, sy, sz, ax, ay, az, phi, flag, reference_stiffness),
     )
 
 
@@ -257,7 +283,7 @@ def released(h, k, radius, table, rescale):
     """Energy [J] of the springs of a contact that opens, which is lost: history ``h`` and ``table`` rows of their
     tables, k_n [N/m], R [m]."""
     if rescale != 0:
-        k = h[LAID]
+        k = h[REFERENCE_STIFFNESS]
     arm = table[SHAPE] * radius
     kt, kr = k * table[RATIO], k * arm * arm
     sliding = kt * (h[SLIP] * h[SLIP] + h[SLIP + 1] * h[SLIP + 1] + h[SLIP + 2] * h[SLIP + 2])

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.contact.columns import HISTORY, LAID, USUAL
+from dem.contact.columns import HISTORY, REFERENCE_STIFFNESS, USUAL
 
 
 class Scheme(NamedTuple):
@@ -35,7 +35,7 @@ class Scheme(NamedTuple):
     @property
     def history(self) -> int:
         """Columns of a contact's history (``dem.contact.columns``)."""
-        return USUAL + 1 if self.offset else LAID + 1 if self.rescale else HISTORY
+        return USUAL + 1 if self.offset else REFERENCE_STIFFNESS + 1 if self.rescale else HISTORY
 
 
 class Chunk(NamedTuple):
@@ -87,8 +87,9 @@ class Listed(NamedTuple):
     table: np.ndarray
 
 
-class Spill(NamedTuple):
-    """What chunks add to grains beyond their own: ``force`` (chunks, n, 6), each up to grain ``last`` (chunks,)."""
+class Halo(NamedTuple):
+    """Forces that chunks add to grains of later chunks: ``force`` (chunks, n, 6), each up to grain ``last``
+    (chunks,)."""
 
     force: np.ndarray
     last: np.ndarray
@@ -104,8 +105,8 @@ class Boundaries(NamedTuple):
     hist: np.ndarray
 
 
-class Outside(NamedTuple):
-    """What acts on single grains: ``uniform`` (3,) gravity [m/s^2]; central gravity ``table`` up to ``radius`` [m]
+class ExternalField(NamedTuple):
+    """Body forces: ``uniform`` (3,) gravity [m/s^2]; central gravity ``table`` up to ``radius`` [m]
     (``dem.contact.gravity``), times ``weight`` (n,); ``drag`` (n,) linear damping of velocity and spin [1/s]; ``pull``
     (n, 3) acceleration by all other grains."""
 

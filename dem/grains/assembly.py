@@ -19,17 +19,17 @@ from dem.contact.columns import (
     BOOKS,
     DISSIPATED,
     DRAGGED,
-    ENERGY_GONE,
+    ENERGY_REMOVED,
     EXCESS,
     IMPULSE,
     SUMS,
     TOUCHING,
     WX,
 )
-from dem.contact.contact_scheme import Boundaries, Grains, Listed, Outside, Spill, Step
+from dem.contact.contact_scheme import Boundaries, ExternalField, Grains, Halo, Listed, Step
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact, shortest_contact_time
-from dem.grains import cached_gravity, contact_tables, departures, forces, grain_integrator
+from dem.grains import cached_gravity, contact_tables, forces, grain_integrator, removed_grains
 from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, GrainList, check
 from dem.grains.self_gravity import SelfGravity
 from matter.errors import InputError, UnphysicalState
@@ -48,7 +48,7 @@ class Extras(NamedTuple):
 
     offset: bool = False
     self_gravity: SelfGravity | None = None
-    outer: tuple[cached_gravity.Outer, ...] = ()
+    outer: tuple[cached_gravity.ExternalForce, ...] = ()
 
 
 class Assembly(GrainList):
@@ -90,7 +90,9 @@ class Assembly(GrainList):
         if offset and not contact.springs_can_change:
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
         self._per_grain = PER_GRAIN + (PULLED if attract else ())
-        self.pull_of_all, self.pull_held = (np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED)
+        self.self_acceleration, self.cached_acceleration = (
+            np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED
+        )
         self.pull_state = np.zeros(cached_gravity.STATE)
         self.pull_interval = self.self_gravity.time_between(grains.mass, grains.radius) if self.self_gravity else 0.0
         self._pair_loop, self._kick_loop = forces.pair_loop(self.scheme), grain_integrator.kick_loop(self.scheme)
@@ -156,7 +158,7 @@ class Assembly(GrainList):
 
     def _workspace(self) -> None:
         n, c = len(self.X), self.threads
-        self._spill = np.zeros((c, n if c > 1 else 1, 6))
+        self._halo = np.zeros((c, n if c > 1 else 1, 6))
         self._pair_report = np.zeros((c, forces.REPORT))
         self._kick_report = np.zeros((c, grain_integrator.REPORT))
         self._last = np.zeros(c, dtype=np.int64)
@@ -217,20 +219,22 @@ class Assembly(GrainList):
     def _pairs(self, c: int, step: tuple) -> None:
         listed = tuple(Listed(self.first, self.col, self._known, self.hist, self.pair_table))
         self._last[c] = self._pair_loop(
-            self._chunks[c], self._grains(), listed, step, self._spill[c], self._pair_report[c]
+            self._chunks[c], self._grains(), listed, step, self._halo[c], self._pair_report[c]
         )
 
     def _kick(self, c: int, step: tuple) -> int:
         g = self.gravity
         boundaries = tuple(Boundaries(self.walls, self.walled, self.wall_tables, self.wall_history))
-        outside = tuple(Outside(g.uniform, g.table, float(g.radius), self.weight, self.drag, self.pull_of_all))
-        spill = tuple(Spill(self._spill, self._last))
+        external = tuple(
+            ExternalField(g.uniform, g.table, float(g.radius), self.weight, self.drag, self.self_acceleration)
+        )
+        halo = tuple(Halo(self._halo, self._last))
         return self._kick_loop(
             self._moving_chunks[c],
             self._grains(),
-            spill,
+            halo,
             boundaries,
-            outside,
+            external,
             step,
             self._kick_report[c],
         )
@@ -299,8 +303,8 @@ class Assembly(GrainList):
             return
         if state == LEFT:
             tables = self.mass[where], self.X[where], self.W[where], self.F[where]
-            departures.book(self.booked[REASONS.index(reason)], *tables, 0.5 * self.dt, self.gravity)
-            self.booked[REASONS.index(reason), ENERGY_GONE] += cached_gravity.energy_with(self, where)
+            removed_grains.book(self.booked[REASONS.index(reason)], *tables, 0.5 * self.dt, self.gravity)
+            self.booked[REASONS.index(reason), ENERGY_REMOVED] += cached_gravity.energy_with(self, where)
         if state == BALLISTIC:
             self.returned[where] = 1
         self.state[where] = state

@@ -13,7 +13,7 @@ with x' the present positions from the centre of mass: momentum and angular mome
 the correction over that of the pull, both weighted by mass, is kept (``REMOVED``, ``WORST``): the fraction of the
 weight.
 
-Then comes what acts from outside (``Outer``): ``dem.grains.tide``, ``dem.grains.turning_frame``.
+Then comes what acts from outside (``ExternalForce``): ``dem.grains.tide``, ``dem.grains.turning_frame``.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ out last and at most over the weight, work of what moves outside [J]."""
 STATE = 7
 
 
-class Outer(Protocol):
-    """What acts on all grains besides their own attraction."""
+class ExternalForce(Protocol):
+    """A body force besides the grains' self-gravity."""
 
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
         """Add its acceleration [m/s^2] at the present positions to ``pull`` (moving grains, 3)."""
@@ -139,19 +139,20 @@ def energy_with(bed: GrainList, where: np.ndarray) -> float:
 
 
 def attract(bed: GrainList, renew: bool = False) -> None:
-    """Set ``bed.pull_of_all`` for the present positions, half a step after the velocities; ``renew``: evaluate it."""
+    """Set ``bed.self_acceleration`` for the present positions, half a step after the velocities; ``renew``: evaluate
+    it."""
     if bed.moving == 0:
         return
     k = slice(0, bed.moving)
-    state, pull, law = bed.pull_state, bed.pull_of_all[k], bed.self_gravity
+    state, pull, law = bed.pull_state, bed.self_acceleration[k], bed.self_gravity
     if law is None:
         pull[:] = 0.0
     else:
         state[SINCE] += bed.dt
         if renew or state[SINCE] >= bed.pull_interval * (1.0 - 1e-9):
-            bed.pull_held[k] = law.acceleration(bed.X[k, :3], bed.mass[k], bed.X[k, RADIUS])
+            bed.cached_acceleration[k] = law.acceleration(bed.X[k, :3], bed.mass[k], bed.X[k, RADIUS])
             state[SINCE], state[SPIN] = 0.0, angular_velocity(bed)
-        _turn(bed.pull_held[k], rotation(state[SPIN] * state[SINCE]), pull)
+        _turn(bed.cached_acceleration[k], rotation(state[SPIN] * state[SINCE]), pull)
         state[REMOVED] = without_net(bed, pull)
         state[WORST] = max(state[WORST], state[REMOVED])
     for outer in bed.outer:

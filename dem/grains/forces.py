@@ -1,7 +1,7 @@
 """The loop over the half list of pairs, compiled for the laws that a case names. One contact: ``dem.contact``.
 
 Every pair stands once in the list, in the row of the grain that comes first; its force goes to both grains. Threads
-take contiguous chunks of rows; what a chunk adds to grains beyond its own end goes into its spill buffer and is added
+take contiguous chunks of rows; what a chunk adds to grains beyond its own end goes into its halo buffer and is added
 afterwards in the order of the chunks. A result is therefore bitwise repeatable at one number of threads; between
 numbers of threads the last bits differ.
 
@@ -24,12 +24,12 @@ import numpy as np
 
 from dem.contact.columns import (
     HISTORY,
-    LAID,
     MASS,
     NORMAL,
     OFFSET,
     PAIR_COLUMNS,
     RADIUS,
+    REFERENCE_STIFFNESS,
     ROLL,
     SLIP,
     STIFFNESS,
@@ -77,8 +77,8 @@ _FREE, _FREE_TWO = _FAST + 1, _FAST + 5
 _WIDTH = _FREE + 8
 # and of what comes out, in the columns of what went in: force and moment on the first, elastic energy, overlap over
 # the smaller radius; force and moment on the second, dissipated, excess
-_ON_ONE, _STORED, _RATIO = 0, 6, 7
-_ON_TWO, _SPENT, _EXCESS = 8, 14, 15
+_ON_ONE, _ELASTIC, _RATIO = 0, 6, 7
+_ON_TWO, _DISSIPATED, _EXCESS = 8, 14, 15
 
 _numbers = reader("s, k", "s[{}, k]", _TABLE)
 
@@ -123,7 +123,7 @@ def pair_loop(scheme: Scheme) -> Any:
             )
             limit = s[_FAST, k]
             bodies = Bodies(k_n, reduced, radius, ri, rj, max(limit, 0.0))
-            fn, tx, ty, tz, mx, my, mz, stored, spent, beyond, h = contact(
+            fn, tx, ty, tz, mx, my, mz, elastic_energy, dissipated_energy, beyond, h = contact(
                 kinematics, bodies, numbers, springs, dt, tail, scheme
             )
             nx, ny, nz, overlap = kinematics.nx, kinematics.ny, kinematics.nz, kinematics.overlap
@@ -135,13 +135,13 @@ def pair_loop(scheme: Scheme) -> Any:
             s[_ON_ONE + TX, k], s[_ON_ONE + TY, k], s[_ON_ONE + TZ, k] = l1 * cx + mx, l1 * cy + my, l1 * cz + mz
             s[_ON_TWO, k], s[_ON_TWO + 1, k], s[_ON_TWO + 2, k] = -tx, -ty, -tz
             s[_ON_TWO + TX, k], s[_ON_TWO + TY, k], s[_ON_TWO + TZ, k] = l2 * cx - mx, l2 * cy - my, l2 * cz - mz
-            s[_STORED, k], s[_SPENT, k], s[_EXCESS, k] = stored, spent, beyond
+            s[_ELASTIC, k], s[_DISSIPATED, k], s[_EXCESS, k] = elastic_energy, dissipated_energy, beyond
             s[_RATIO, k] = overlap / min(ri, rj) if limit < 0.0 else 0.0
             s[_SLIP, k], s[_SLIP + 1, k], s[_SLIP + 2, k] = h.sx, h.sy, h.sz
             s[_ROLL, k], s[_ROLL + 1, k], s[_ROLL + 2, k], s[_TWIST, k] = h.ax, h.ay, h.az, h.phi
             s[_TOUCHING, k] = h.flag
             if rescale != 0:
-                s[_EIGHTH, k] = h.laid
+                s[_EIGHTH, k] = h.reference_stiffness
 
     @kernel(fastmath=True)
     def part(i, j, e, X, V, kind, hist, table):
@@ -165,14 +165,14 @@ def pair_loop(scheme: Scheme) -> Any:
         return lost
 
     @kernel(fastmath=True)
-    def pair_forces(chunk, grains, listed, step, spill, report):
+    def pair_forces(chunk, grains, listed, step, halo, report):
         """Forces and torques of all pairs whose first grain lies in the rows of a chunk.
 
         In, as plain tuples: ``Chunk``, ``Grains`` (positions, predicted velocities, species, returned), ``Listed``,
         ``Step`` of ``dem.contact.contact_scheme``. Out: ``F`` of the chunk's own rows, set here; contributions to
-        grains at and beyond ``chunk.hi`` in ``spill`` (n, 6), of which rows from there on must be zero; histories and
+        grains at and beyond ``chunk.hi`` in ``halo`` (n, 6), of which rows from there on must be zero; histories and
         ``known``; ``report`` (REPORT,). Returns the highest grain index that was written, so that only that part of
-        the spill need be added.
+        the halo need be added.
         """
         chunk, grains, listed, step = Chunk(*chunk), Grains(*grains), Listed(*listed), Step(*step)
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
@@ -220,7 +220,7 @@ def pair_loop(scheme: Scheme) -> Any:
                     left[k], right[k], near[k] = lo, lo, 0
                 for k in range(0, many, LANES):
                     take_row_pairs(X, left, right, k, s, _FREE)
-                parted = 0
+                separated = 0
                 for k in range(many):
                     x, y, z = (
                         s[_FREE_TWO, k] - s[_FREE, k],
@@ -232,8 +232,8 @@ def pair_loop(scheme: Scheme) -> Any:
                         touch += hist[entries[k], OFFSET]
                     near[k] = x * x + y * y + z * z < touch * touch
                 for k in range(many):
-                    parted += known[at + k] & (1 - near[k])
-                if parted > 0:
+                    separated += known[at + k] & (1 - near[k])
+                if separated > 0:
                     for k in range(many):
                         if near[k] == 0 and known[entries[k]] != 0:
                             dissipated += part(left[k], right[k], entries[k], X, V, kind, hist, table)
@@ -260,7 +260,7 @@ def pair_loop(scheme: Scheme) -> Any:
                 take_rows(hist, entry, k, s, _HISTORY)
             if rescale != 0 or offset != 0:
                 for k in range(filled):
-                    s[_EIGHTH, k] = hist[entry[k], LAID]
+                    s[_EIGHTH, k] = hist[entry[k], REFERENCE_STIFFNESS]
             if some_returned:
                 for k in range(filled):
                     i, j = one[k], two[k]
@@ -285,8 +285,8 @@ def pair_loop(scheme: Scheme) -> Any:
             contacts += m
             largest, furthest = 0.0, 0
             for k in range(m):
-                elastic += s[_STORED, k]
-                dissipated += s[_SPENT, k]
+                elastic += s[_ELASTIC, k]
+                dissipated += s[_DISSIPATED, k]
                 excess += s[_EXCESS, k]
             for k in range(m):
                 largest = max(largest, s[_RATIO, k])
@@ -316,13 +316,13 @@ def pair_loop(scheme: Scheme) -> Any:
                     if j < hi:
                         F[j, c] += s[_ON_TWO + c, k]
                     else:
-                        spill[j, c] += s[_ON_TWO + c, k]
+                        halo[j, c] += s[_ON_TWO + c, k]
             for k in range(m // LANES * LANES, m):
                 for c in range(HISTORY):
                     hist[entry[k], c] = s[_HISTORY + c, k]
             if rescale != 0:
                 for k in range(m):
-                    hist[entry[k], LAID] = s[_EIGHTH, k]
+                    hist[entry[k], REFERENCE_STIFFNESS] = s[_EIGHTH, k]
         report[ELASTIC], report[DISSIPATED], report[EXCESS], report[CONTACTS] = elastic, dissipated, excess, contacts
         report[OVERLAP], report[OVERLAP_I], report[OVERLAP_J], report[OVER_WARN] = worst, worst_i, worst_j, over
         return last

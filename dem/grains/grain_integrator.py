@@ -20,10 +20,10 @@ import numpy as np
 
 from dem.contact.columns import (
     HISTORY,
-    LAID,
     MASS,
     OFFSET,
     RADIUS,
+    REFERENCE_STIFFNESS,
     ROLL,
     SLIP,
     STIFFNESS,
@@ -91,26 +91,26 @@ def drift(chunk, grains, reference, dt, report):
 def kick_loop(scheme: Scheme) -> Any:
     """The compiled second half of a step for one scheme: ``kick``."""
     rescale, offset, attract = scheme.rescale, scheme.offset, scheme.attract
-    laid_column = LAID if scheme.history > LAID else HISTORY - 1
+    reference_column = REFERENCE_STIFFNESS if scheme.history > REFERENCE_STIFFNESS else HISTORY - 1
 
     @kernel
-    def kick(chunk, grains, spill, walls, outside, step, report):
+    def kick(chunk, grains, halo, walls, external, step, report):
         """Sum the forces on the grains of a chunk and finish the step (``step.half`` 0 only evaluates); returns the
         first grain that is not finite, or -1.
 
-        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``Outside``,
-        ``Step`` of ``dem.contact.contact_scheme``; ``Spill`` holds what lower chunks added to these grains, and is
+        In, as plain tuples: ``Chunk``, ``Grains`` with the contacts' forces ``F``, ``Boundaries``, ``ExternalField``,
+        ``Step`` of ``dem.contact.contact_scheme``; ``Halo`` holds what lower chunks added to these grains, and is
         zeroed here. Out: ``A``, ``E``, ``W``; histories of the walls; ``report`` (REPORT,).
         """
         chunk, step = Chunk(*chunk), Step(*step)
         lo, hi, active = chunk.lo, chunk.hi, chunk.active
         X, V, W, A, E, F, kind, returned = grains
-        spilt, last = spill
+        halo_force, last = halo
         rows, walled, wall_tables, wall_history = walls
-        uniform, g_table, g_radius, weight, drag, pull_of_all = outside
+        uniform, g_table, g_radius, weight, drag, self_acceleration = external
         dt, half, tail = step.dt, step.half, step.tail
         bad = -1
-        gone, wall_lost, wall_stored, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
+        drag_loss, wall_dissipated, wall_elastic, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
         jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         central_part = g_radius > 0.0
         for i in range(lo, hi):
@@ -118,8 +118,8 @@ def kick_loop(scheme: Scheme) -> Any:
                 for c in range(chunk.number):
                     if i <= last[c]:
                         for k in range(6):
-                            F[i, k] += spilt[c, i, k]
-                            spilt[c, i, k] = 0.0
+                            F[i, k] += halo_force[c, i, k]
+                            halo_force[c, i, k] = 0.0
             x, y, z, radius = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS]
             m, stiffness = V[i, MASS], V[i, STIFFNESS]
             inertia = 0.4 * m * radius * radius
@@ -134,15 +134,15 @@ def kick_loop(scheme: Scheme) -> Any:
                     ey -= q * y
                     ez -= q * z
             if attract != 0:
-                ex += m * pull_of_all[i, 0]
-                ey += m * pull_of_all[i, 1]
-                ez += m * pull_of_all[i, 2]
+                ex += m * self_acceleration[i, 0]
+                ey += m * self_acceleration[i, 1]
+                ez += m * self_acceleration[i, 2]
             tx, ty, tz = 0.0, 0.0, 0.0
             if i < active:
-                held_by_wall = False
+                touches_wall = False
                 if offset != 0:
                     for w in range(rows.shape[0]):
-                        held_by_wall |= wall_history[i, w, TOUCHING] != 0.0
+                        touches_wall |= wall_history[i, w, TOUCHING] != 0.0
                 for w in range(rows.shape[0] if walled[i] != 0 else 0):
                     d, nx, ny, nz = distance_of(rows, w, x, y, z)
                     touch = radius
@@ -150,7 +150,7 @@ def kick_loop(scheme: Scheme) -> Any:
                         touch += wall_history[i, w, OFFSET]
                     if d >= touch:
                         if wall_history[i, w, TOUCHING] != 0.0:
-                            wall_lost += released(
+                            wall_dissipated += released(
                                 wall_history[i, w], stiffness, radius, wall_tables[w, kind[i]], rescale
                             )
                             for k in range(HISTORY):
@@ -169,7 +169,7 @@ def kick_loop(scheme: Scheme) -> Any:
                         fresh = (
                             wall_history[i, w, TOUCHING] == 0.0
                             and wall_history[i, w, OFFSET] == 0.0
-                            and not held_by_wall
+                            and not touches_wall
                             and half > 0.0
                         )
                         if fresh and touch - d > 2.0 * abs(kinematics.un) * dt + 1e-3 * radius:
@@ -181,10 +181,10 @@ def kick_loop(scheme: Scheme) -> Any:
                         wall_history[i, w, ROLL],
                         wall_history[i, w, ROLL + 1], wall_history[i, w, ROLL + 2], wall_history[i, w, TWIST],
                         wall_history[i, w, TOUCHING],
-                        wall_history[i, w, laid_column],
+                        wall_history[i, w, reference_column],
                     )  # fmt: skip
                     bodies = Bodies(stiffness, m, radius, radius, 0.0, 0.0)
-                    fn, fx, fy, fz, mx, my, mz, stored, spent, _, h = contact(
+                    fn, fx, fy, fz, mx, my, mz, elastic_energy, dissipated_energy, _, h = contact(
                         kinematics, bodies, numbers, springs, dt, tail, scheme
                     )
                     wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1] = h.sx, h.sy
@@ -193,9 +193,9 @@ def kick_loop(scheme: Scheme) -> Any:
                     wall_history[i, w, ROLL + 2] = h.az
                     wall_history[i, w, TWIST], wall_history[i, w, TOUCHING] = h.phi, h.flag
                     if rescale != 0:
-                        wall_history[i, w, LAID] = h.laid
-                    wall_stored += stored
-                    wall_lost += spent
+                        wall_history[i, w, REFERENCE_STIFFNESS] = h.reference_stiffness
+                    wall_elastic += elastic_energy
+                    wall_dissipated += dissipated_energy
                     if returned[i] == 0 and (touch - d) / radius > worst:
                         worst, worst_grain = (touch - d) / radius, i
                     fx -= fn * nx
@@ -215,7 +215,7 @@ def kick_loop(scheme: Scheme) -> Any:
                 tx -= c * inertia * wx
                 ty -= c * inertia * wy
                 tz -= c * inertia * wz
-                gone += c * dt * (m * (vx * vx + vy * vy + vz * vz) + inertia * (wx * wx + wy * wy + wz * wz))
+                drag_loss += c * dt * (m * (vx * vx + vy * vy + vz * vz) + inertia * (wx * wx + wy * wy + wz * wz))
             E[i, 0], E[i, 1], E[i, 2] = ex, ey, ez
             E[i, TX] = y * ez - z * ey + tx
             E[i, TY] = z * ex - x * ez + ty
@@ -240,9 +240,9 @@ def kick_loop(scheme: Scheme) -> Any:
             lx += E[i, TX]
             ly += E[i, TY]
             lz += E[i, TZ]
-        report[DRAG] += gone
-        report[WALL_DISSIPATED] += wall_lost
-        report[WALL_ELASTIC] = wall_stored
+        report[DRAG] += drag_loss
+        report[WALL_DISSIPATED] += wall_dissipated
+        report[WALL_ELASTIC] = wall_elastic
         report[IMPULSE] += half * jx
         report[IMPULSE + 1] += half * jy
         report[IMPULSE + 2] += half * jz

@@ -28,7 +28,7 @@ PER_GRAIN = (
     "headroom",
     "wall_history", "reference",
 )  # fmt: skip
-PULLED = ("pull_of_all", "pull_held")
+PULLED = ("self_acceleration", "cached_acceleration")
 _LISTED = ("row", "col", "hist", "report", "booked")
 _NUMBERS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed",
@@ -66,8 +66,8 @@ class GrainList:
     gravity: Field
     self_gravity: SelfGravity | None
     outer: tuple[Any, ...]
-    pull_of_all: np.ndarray
-    pull_held: np.ndarray
+    self_acceleration: np.ndarray
+    cached_acceleration: np.ndarray
     pull_state: np.ndarray
     pull_interval: float
     threads: int

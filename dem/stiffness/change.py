@@ -35,7 +35,7 @@ _CROSSING = 0.45
 """Contact times pi sqrt(m / 2 k_n) in which a wave, 2 r sqrt(k_n / m), passes a grain: sqrt(2) / pi."""
 
 
-class Loaded(NamedTuple):
+class LoadedContacts(NamedTuple):
     """Contacts of one kind (pairs or walls): ``history[at]`` their rows; overlap [m] with its offset, k_n [N/m], R
     [m], rows of the contact table, and the ``pull`` [N] of cohesion, which is constant where springs can change."""
 
@@ -62,7 +62,7 @@ class Loaded(NamedTuple):
         return np.sqrt(w2 + q * (1.0 - w2)) / q
 
 
-def loaded(bed: Assembly) -> tuple[Loaded, Loaded]:
+def loaded(bed: Assembly) -> tuple[LoadedContacts, LoadedContacts]:
     """The contacts among grains, and those with walls."""
     here = np.flatnonzero(bed.hist[:, TOUCHING] != 0.0)
     first, second = bed.first[here], bed.col[here]
@@ -71,10 +71,12 @@ def loaded(bed: Assembly) -> tuple[Loaded, Loaded]:
     radius = x1[:, RADIUS] * x2[:, RADIUS] / (x1[:, RADIUS] + x2[:, RADIUS])
     stiffness = np.minimum(bed.V[first, STIFFNESS], bed.V[second, STIFFNESS])
     rows = bed.pair_table[bed.kind[first], bed.kind[second]]
-    pairs = Loaded(bed.hist, (here,), overlap, stiffness, radius, rows, contact.pulls(radius, rows, bed.scheme))
+    pairs = LoadedContacts(
+        bed.hist, (here,), overlap, stiffness, radius, rows, contact.pulls(radius, rows, bed.scheme)
+    )
     grain, wall, overlap = bed.wall_overlaps()
     radius, rows = bed.X[grain, RADIUS], bed.wall_tables[wall, bed.kind[grain]]
-    walls = Loaded(
+    walls = LoadedContacts(
         bed.wall_history,
         (grain, wall),
         overlap,

@@ -37,7 +37,7 @@ class Sample(NamedTuple):
     start: np.ndarray
 
 
-class Touching(NamedTuple):
+class CellContacts(NamedTuple):
     """The half list ``row`` (n + 1,), ``col`` (m,), histories ``hist`` (m, 8), and ``table`` (1, 1, columns) the
     numbers of every contact."""
 

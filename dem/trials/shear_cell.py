@@ -37,10 +37,10 @@ from dem.trials.cell_forces import (
     XZ,
     YY,
     ZZ,
+    CellContacts,
     Drive,
     Frame,
     Sample,
-    Touching,
     neighbours,
     pairs,
 )
@@ -61,7 +61,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
     """Up to ``steps`` steps, fewer when the list is used up; returns the steps done and the worst overlap. What is
     measured is added to ``sums`` (SUMS,).
 
-    In and out: ``Sample``, of which ``held`` grains do not move, ``Touching``, ``Frame``.
+    In and out: ``Sample``, of which ``held`` grains do not move, ``CellContacts``, ``Frame``.
     """
     X, V, W, A, F, held, start = sample
     period, clock, slab, gravity = frame
@@ -209,7 +209,7 @@ class Cell:
         left = steps
         while left > 0:
             sample = Sample(self.X, self.V, self.W, self.A, self.F, self.held, self.start)
-            touching = Touching(self.row, self.col, self.hist, self.table)
+            touching = CellContacts(self.row, self.col, self.hist, self.table)
             drive = Drive(float(self.rate), float(self.pressure), float(self.drag), self.dt, self.law.attractive_tail)
             done, worst = _advance(
                 left, sample, touching, Frame(self.period, self.clock, self.slab, self.gravity), drive, sums

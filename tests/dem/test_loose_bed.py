@@ -115,7 +115,7 @@ def test_a_liquid_alone_is_close(tmp_path):
     write_ground(tmp_path / "target.json")
     ground, contact = FlatGround.read(tmp_path / "target.json"), Contact(liquids=("basalt",))
     box = Container("box", 10.0, -10.0, 2.0)
-    loose = loose_packing.Loose.of_law(ground, box, contact)
+    loose = loose_packing.LooseBed.of_law(ground, box, contact)
     assert loose.fraction.tolist() == [loose_packing.CLOSE]
     assert [phase.name for phase in loose.phases(1.0)] == [phase.name for phase in LOOSE_PHASES]
 
@@ -124,7 +124,7 @@ def test_radii_and_height_at_the_start_follow_from_the_fraction(tmp_path):
     """All grains, grown, make the wanted part of what the box holds without its walls' layer, first higher up."""
     write_ground(tmp_path / "target.json")
     box = Container("box", 10.0, -10.0, 2.0)
-    loose = loose_packing.Loose(FlatGround.read(tmp_path / "target.json"), box, np.array([0.57]))
+    loose = loose_packing.LooseBed(FlatGround.read(tmp_path / "target.json"), box, np.array([0.57]))
     radius = loose.radii(np.random.default_rng(1).uniform(0.85, 1.15, 1000))
     volume = 4.0 / 3.0 * np.pi * float(np.sum((loose_packing.GROWN * radius) ** 3))
     empty = loose_packing.ALONG_WALLS * radius.mean()

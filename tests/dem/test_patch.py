@@ -87,7 +87,7 @@ def test_a_companion_over_the_site_lifts_by_its_tide(tmp_path):
 )
 def test_curvatures_are_those_of_the_ellipsoid(site, known):
     target = grain_bodies.target(OBLATE, *site)
-    ground = patch.lie(target.placed, target.axes, 15.0)
+    ground = patch.site_geometry(target.placed, target.axes, 15.0)
     assert ground.curvature == pytest.approx(known, rel=0.01)
     assert ground.normal == pytest.approx([0.0, 0.0, 1.0], abs=2e-3)
 

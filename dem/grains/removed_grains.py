@@ -1,11 +1,19 @@
-"""What leaves the run is booked: count, mass, momentum, angular momentum and energy, so that the sums over what stays
-and what is booked are kept."""
+"""Budget of the grains that leave the domain: count, mass, momentum, angular momentum and energy, so that the sums
+over the remaining and the removed grains are conserved."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from dem.contact.columns import ANGULAR_GONE, ENERGY_GONE, GRAINS_GONE, MASS_GONE, MOMENTUM_GONE, RADIUS, WX
+from dem.contact.columns import (
+    ANGULAR_REMOVED,
+    ENERGY_REMOVED,
+    GRAINS_REMOVED,
+    MASS_REMOVED,
+    MOMENTUM_REMOVED,
+    RADIUS,
+    WX,
+)
 from dem.contact.gravity import Field
 
 
@@ -18,8 +26,8 @@ def book(
     p = mass[:, None] * W[:, :3] + half * F[:, :3]
     inertia = 0.4 * mass * X[:, RADIUS] ** 2
     energy = 0.5 * np.sum(p * W[:, :3], axis=1) + mass * gravity.potential(x)
-    row[GRAINS_GONE] += len(mass)
-    row[MASS_GONE] += mass.sum()
-    row[MOMENTUM_GONE] += p.sum(axis=0)
-    row[ANGULAR_GONE] += (np.cross(x, p) + inertia[:, None] * W[:, WX:] + half * F[:, WX:]).sum(axis=0)
-    row[ENERGY_GONE] += energy.sum()
+    row[GRAINS_REMOVED] += len(mass)
+    row[MASS_REMOVED] += mass.sum()
+    row[MOMENTUM_REMOVED] += p.sum(axis=0)
+    row[ANGULAR_REMOVED] += (np.cross(x, p) + inertia[:, None] * W[:, WX:] + half * F[:, WX:]).sum(axis=0)
+    row[ENERGY_REMOVED] += energy.sum()

@@ -1,4 +1,4 @@
-"""What leaves a body of grains, and the momentum that stays with it: beta at the end of the collapse, by the rule of
+"""Grains that escape from a body, and the momentum that it keeps: beta at the end of the collapse, by the rule of
 the shock stage (``sph.outcome.escaping``).
 
     a grain leaves:  v^2 / 2 > -phi(x)  and  v . x > 0        about the centre of mass, in its motion
@@ -31,7 +31,7 @@ SOURCES = ("Cheng2023",)
 THETA = 0.3
 
 
-def gone(bed: Assembly) -> np.ndarray:
+def escapes(bed: Assembly) -> np.ndarray:
     """(n,) whether each grain leaves the body, or has left it, for good."""
     k = np.arange(len(bed.X)) < bed.moving
     m, x, v = bed.mass, bed.X[:, :3], bed.W[:, :3]
@@ -52,7 +52,7 @@ def gone(bed: Assembly) -> np.ndarray:
 def report(bed: Assembly, shot: Mapping[str, Any] | None) -> dict[str, Any]:
     """What stands in the report: mass [kg] and momentum [kg m/s] of what leaves and of what stays; beta where the
     start says what the projectile brought (``shot``: its momentum and the normal of the site)."""
-    away = gone(bed)
+    away = escapes(bed)
     lost = bed.mass[away] @ bed.W[away, :3]
     body = bed.mass[~away] @ bed.W[~away, :3]
     found: dict[str, Any] = {
