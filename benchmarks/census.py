@@ -57,10 +57,10 @@ def rate(integrator: str, blocks: int, threads: int) -> dict[str, float]:
 def literal(count: int) -> dict[str, float]:
     """Cost of a particle integrated as published, one thread."""
     population, system = conditions.population("literal"), census.jovian("callisto")
-    lot = conditions.lot(system, population, 12345, 0)
-    rkck.run(system, lot.part(0, 2), population.duration, 1, screened=False, to_the_end=True)
+    batch = conditions.batch(system, population, 12345, 0)
+    rkck.run(system, batch.part(0, 2), population.duration, 1, screened=False, to_the_end=True)
     began, cpu = time.perf_counter(), time.thread_time()
-    flights = rkck.run(system, lot.part(2, 2 + count), population.duration, 1, screened=False, to_the_end=True)
+    flights = rkck.run(system, batch.part(2, 2 + count), population.duration, 1, screened=False, to_the_end=True)
     return {
         "milliseconds_per_particle": 1e3 * (time.perf_counter() - began) / count,
         "cpu_milliseconds_per_particle": 1e3 * (time.thread_time() - cpu) / count,

@@ -12,7 +12,7 @@ from pydantic import Field, create_model, field_validator, model_validator
 
 from matter.case import quantity
 from matter.case.body import Impact, Model, Target
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import Length, PositiveLength, Speed, Volume
 from matter.wording.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 
@@ -68,7 +68,7 @@ class Published(Model):
     """Lower error with unit."""
     source: str
     """The publication."""
-    note: Annotated[str, View()] = ""
+    note: Annotated[str, NotIdentity()] = ""
     """A remark that stands beside the number."""
 
     @field_validator("value", "plus", "minus")
@@ -107,7 +107,7 @@ class Settings(Model):
     any length; with a companion by default that of the circle about it."""
     chain: ChainError | None = None
     """Chain errors of the measures; those of a shipped case come from its ``expected.toml``."""
-    particles: Annotated[int, Field(gt=0), View()] = 15_000
+    particles: Annotated[int, Field(gt=0), NotIdentity()] = 15_000
     """Size of the shock stage's snapshots, for the prediction of ``--check`` only."""
 
     @model_validator(mode="after")

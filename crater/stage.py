@@ -50,7 +50,7 @@ from matter.progress import Progress
 from matter.solids import pose_tracker
 from matter.solids.placed import PATCH
 from matter.solids.pose_tracker import PoseTracker
-from matter.solids.unrolled import Unrolled
+from matter.solids.tangent_map import TangentMap
 from matter.wording import drawing
 from matter.wording.crater_measures import MAXIMA
 
@@ -184,7 +184,7 @@ def _patch(inputs: Path) -> Mapping[str, Any] | None:
 
 
 def _choices(
-    setting: Setting, datum: Datum, before: Path | None, reach: float | None, ground: Unrolled | None
+    setting: Setting, datum: Datum, before: Path | None, reach: float | None, ground: TangentMap | None
 ) -> Choices:
     """What the measuring of one stage stands on: lengths in expected transient diameters."""
     size, chosen = setting.settings.impact.expected_transient_diameter, setting.settings
@@ -195,14 +195,14 @@ def _choices(
     )  # fmt: skip
 
 
-def _laid_flat(setting: Setting, before: Path | None) -> Unrolled | None:
+def _laid_flat(setting: Setting, before: Path | None) -> TangentMap | None:
     if setting.shape is None:
         return None
     if before is None:
         raise InputError(
             f"{setting.inputs / '3_bed'} holds no bed: grains of an ellipsoid or mesh are measured against it"
         )
-    return Unrolled(
+    return TangentMap(
         setting.shape, PoseTracker(snapshot.read(before, ("identity", "position", "mass", "layer", "state")))
     )
 

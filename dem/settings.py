@@ -12,7 +12,7 @@ from dem.engines.deviations import Deviation
 from matter.case import at_rest
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Model, Target
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 
@@ -51,19 +51,19 @@ class Settings(Model):
         default_factory=lambda given: collapse_durations.HISTORY * given["snapshot_interval"]
     )
     """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
-    grains: Annotated[int, Field(ge=1), View()] = 20_000
+    grains: Annotated[int, Field(ge=1), NotIdentity()] = 20_000
     """Expected number of grains, for the prediction of the cost only."""
-    bed_grains: Annotated[Annotated[int, Field(ge=1)] | None, View()] = None
+    bed_grains: Annotated[Annotated[int, Field(ge=1)] | None, NotIdentity()] = None
     """Expected number of grains below the datum, for the prediction of the cost only."""
-    bed_step: Annotated[PositiveTime | None, View()] = None
+    bed_step: Annotated[PositiveTime | None, NotIdentity()] = None
     """Expected time step of the bed, for the prediction of the cost only."""
-    bed_radius: Annotated[PositiveLength | None, View()] = None
+    bed_radius: Annotated[PositiveLength | None, NotIdentity()] = None
     """Expected mean radius of the bed's grains, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
     engine: Literal["native", "lammps", "liggghts"] = "native"
     """Who does the stepping: this project, or a program that is installed beside it."""
-    ranks: Annotated[int, Field(ge=1, le=4096), View()] = 1
+    ranks: Annotated[int, Field(ge=1, le=4096), NotIdentity()] = 1
     """MPI processes of another engine."""
     accept: tuple[Deviation, ...] = ()
     """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""

@@ -37,10 +37,10 @@ def leave(settings: Settings, handoff: Handoff, source: Particles, inputs: Path,
     if not isinstance(region, WholeBody):
         return {}
     fate = handoff.ejecta.fate
-    gone = fate != two_body.RETURNS
-    listed = source.select(handoff.ejecta.source[gone])
+    escaping = fate != two_body.RETURNS
+    listed = source.select(handoff.ejecta.source[escaping])
     listed.attributes |= {"stage": "handoff", "fates": list(two_body.FATES)}
-    listed.tables["fate"] = fate[gone]
+    listed.tables["fate"] = fate[escaping]
     snapshot.write(listed, out / LIST_FILE)
     with archive.replacing(out / SURFACE_FILE) as temporary:
         solids.surface_of(region.shape.solid).export(str(temporary), file_type="ply")

@@ -13,7 +13,7 @@ from handoff.transfer import control as controls
 from matter.case import at_rest, formation_time
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Target
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import PositiveTime
 
 LATEST = 10.0
@@ -33,9 +33,9 @@ def _until(given: Mapping[str, Any]) -> float | None:
 class Settings(cloud_surface.Rules):
     """The handoff's own table ``[handoff]`` in a case file."""
 
-    target: Annotated[Target | None, View()] = None
+    target: Annotated[Target | None, NotIdentity()] = None
     """The body or ground that is hit, ``[target]``: its surface, where that is neither plane nor round."""
-    impact: Annotated[Impact | None, View()] = None
+    impact: Annotated[Impact | None, NotIdentity()] = None
     """How the projectile hits, ``[impact]``."""
     densities: Densities = Field(default_factory=dict)
     """Materials that the case makes denser or lighter than their files."""
@@ -56,13 +56,13 @@ class Settings(cloud_surface.Rules):
     datum (the ledger is the handoff's)."""
     waive: Mapping[str, str] = Field(default_factory=dict)
     """Ledger rows that do not bind this case, each with its reason."""
-    pictures: Annotated[bool, View()] = True
+    pictures: Annotated[bool, NotIdentity()] = True
     """Whether the report gets its pictures."""
-    particles: Annotated[int, Field(gt=0), View()] = 15_000
+    particles: Annotated[int, Field(gt=0), NotIdentity()] = 15_000
     """Size of the source, for the prediction of ``--check`` only."""
-    grains: Annotated[int, Field(gt=0), View()] = 20_000
+    grains: Annotated[int, Field(gt=0), NotIdentity()] = 20_000
     """Size of the bed, for the prediction of ``--check`` only."""
-    snapshots: Annotated[int, Field(gt=0), View()] = 61
+    snapshots: Annotated[int, Field(gt=0), NotIdentity()] = 61
     """Number of source snapshots, for the prediction of ``--check`` only."""
 
     @field_validator("waive")

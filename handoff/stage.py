@@ -22,7 +22,7 @@ from handoff.ledger import Ledger
 from handoff.ledger_rows import account, field_rows, shock_rows, whole_body_rows
 from handoff.pages import handoff_report
 from handoff.settings import Settings
-from handoff.source import cloud_surface, grain_size, handoff_time, hydrostatic, laying
+from handoff.source import cloud_surface, flattening, grain_size, handoff_time, hydrostatic
 from handoff.transfer import compare_clouds, direct, transfer
 from handoff.transfer import control as controls
 from handoff.transfer.handed import Handoff
@@ -70,12 +70,12 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     if settings.method == "direct" and "stiffness" not in bed:
         _needed(None)  # said before the work, not after it
     region = domains.read(bed.attributes, settings.target)
-    patch = laying.of_bed(bed, settings.target, inputs / "2_sph")
+    patch = flattening.of_bed(bed, settings.target, inputs / "2_sph")
     column = patch.column if patch else column_for(inputs, region)
     rules = cloud_surface.Rules(**{name: getattr(settings, name) for name in cloud_surface.Rules.model_fields})
     progress = Progress("handoff", 1.0)
     choice, as_it_is = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress, patch)
-    source = laying.to_bed(as_it_is, region, patch)
+    source = flattening.to_bed(as_it_is, region, patch)
     progress.update(0.6, "surface and transfer", force=True)
     handoff = transfer.hand_over(source, bed, rules, column, region, settings.until or math.inf)
     mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
@@ -99,7 +99,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     start.attributes |= away.leave(settings, handoff, as_it_is, inputs, out)
     snapshot.write(start, out / f"start{snapshot.SUFFIX}")
     if patch is not None:
-        snapshot.write(source, out / laying.FILE)
+        snapshot.write(source, out / flattening.FILE)
     with archive.replacing(out / "surface.ply") as temporary:
         handoff.carving.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
@@ -147,7 +147,9 @@ def hand_over(
     """
     rules, region = rules or cloud_surface.Rules(), domains.read(bed.attributes, target)
     if PATCH in bed.attributes and source.attributes.get("frame") == "solid":
-        raise InputError("the bed is a patch of a body laid flat: lay the source flat before (handoff.source.laying)")
+        raise InputError(
+            "the bed is a patch of a body laid flat: lay the source flat before (handoff.source.flattening)"
+        )
     column = column or column_of(source, region)
     as_it_is, source = source, turning.to_bed(source, region)
     handoff = transfer.hand_over(source, bed, rules, column, region, until)
@@ -174,7 +176,7 @@ def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
 
 
 def _measuring(
-    source: Particles, region: domains.Domain, patch: laying.Patch | None = None, impact: Impact | None = None
+    source: Particles, region: domains.Domain, patch: flattening.Patch | None = None, impact: Impact | None = None
 ) -> dict[str, Any]:
     """What a crater in the grains is measured against (``crater.results.choices``): as in the shock stage, over the
     bed's datum and against the settled bed."""
@@ -217,7 +219,7 @@ def chosen_source(
     region: domains.Domain,
     column: hydrostatic.Column,
     progress: Progress | None = None,
-    patch: laying.Patch | None = None,
+    patch: flattening.Patch | None = None,
 ) -> tuple[handoff_time.Choice | None, Particles]:
     """The snapshot to hand over, by ``settings.time``, and how it was chosen (None when it was given)."""
     paths = handoff_time.files(folder)
@@ -235,7 +237,7 @@ def chosen_source(
         return None, snapshot.read(paths[nearest])
     series, earlier = [], None
     for number, (path, as_it_is) in enumerate(zip(paths, _read_ahead(paths))):
-        source = laying.to_bed(as_it_is, region, patch)
+        source = flattening.to_bed(as_it_is, region, patch)
         series.append(handoff_time.diagnose(source, earlier, path.name, region, column, rules))
         earlier = source
         if progress:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Field, create_model, model_validator
 
 from matter.case.body import Impact, Target
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import PositiveLength, PositiveTime, Time
 from matter.compilation.law_family import keys
 from matter.errors import InputError
@@ -68,7 +68,7 @@ class Settings(_Keys):
     """Whether solids have shear strength."""
     damage: bool = True
     """Whether solids break."""
-    particles: Annotated[int, Field(ge=500, le=100_000_000), View()] = resolution.PARTICLES
+    particles: Annotated[int, Field(ge=500, le=100_000_000), NotIdentity()] = resolution.PARTICLES
     """About how many particles the target has, where ``spacing_at_impact`` is not given: it is solved for this number
     (``sph.planning.resolution``)."""
     fine_radius: PositiveLength = Field(default_factory=lambda given: resolution.fine_radius(given["impact"]))

@@ -61,7 +61,7 @@ def at(particles: Particles, shape: Shape, tracker: PoseTracker, gravity: float,
     solid = particles.state == 0 if "state" in particles else np.ones(len(particles), dtype=bool)
     cloud = clouds.particle_cloud(particles, what)
     about = replace(cloud, position=position[solid])
-    foot = shape.under(about.position)
+    foot = shape.nearest_point(about.position)
     speed = None
     if "velocity" in particles:
         moving = pose.back_velocity(particles.position[solid], particles.velocity[solid])
@@ -82,7 +82,7 @@ def depth_of_well(particles: Particles) -> np.ndarray:
     x, m = particles.position, particles.mass
     soft = OF_GRAINS * particles.radius if "radius" in particles else OF_SPACING * _spacing(particles)
     well = G * m[here].sum() / np.maximum(np.linalg.norm(_from_centre(particles), axis=1), 1e-300)
-    well[here] = tree.wells(x[here], m[here], soft[here], THETA)
+    well[here] = tree.minus_potential(x[here], m[here], soft[here], THETA)
     return np.asarray(well)
 
 

@@ -105,7 +105,7 @@ def resurfaced_depth(
 ) -> np.ndarray:
     """Depth (n,) [m] to which the ground under each point is resurfaced."""
     rests = unmoved(before, after)
-    foot = shape.under(before.cloud.position)
+    foot = shape.nearest_point(before.cloud.position)
     top = foot.height + 0.5 * before.size
     feet = cKDTree(foot.position)
     deep = np.zeros(len(points.position))

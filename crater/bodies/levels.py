@@ -86,7 +86,7 @@ def local_spacing(cloud: Cloud, point: np.ndarray) -> np.ndarray:
 def heights(shape: Shape, points: Points, cloud: Cloud) -> np.ndarray:
     """Height (n,) [m] of the ground of a ``cloud``, as it would stand about the body of before, over every one of the
     ``points``. Where no column of matter is found the nearest one's stands in."""
-    foot = shape.under(cloud.position)
+    foot = shape.nearest_point(cloud.position)
     spacing = local_spacing(cloud, points.position)
     n = len(points.position)
     columns = cKDTree(points.position)

@@ -1,4 +1,4 @@
-"""A crater that was measured in ground laid flat (``matter.solids.unrolled``), as it is on the body.
+"""A crater that was measured in ground laid flat (``matter.solids.tangent_map``), as it is on the body.
 
 What lies at the height h over its foot is (1 + h k)^2 of what flat ground holds there, with k the mean curvature of
 the surface, so that a column of height h holds
@@ -13,10 +13,10 @@ from dataclasses import replace
 import numpy as np
 
 from crater.measures.measure import Measures
-from matter.solids.unrolled import Unrolled
+from matter.solids.tangent_map import TangentMap
 
 
-def on_body(ground: Unrolled, measures: Measures) -> Measures:
+def on_body(ground: TangentMap, measures: Measures) -> Measures:
     """The measures of a crater in flat ground with the volume that it has on the body."""
     volume, size = measures["volume_m3"], measures["diameter_apparent_m"].value
     if volume.value is None or volume.sigma is None or size is None:

@@ -20,7 +20,7 @@ from crater.settings import RISE_LIMIT
 from matter.errors import InputError
 from matter.files import archive, snapshot
 from matter.particles import Particles
-from matter.solids.unrolled import Unrolled
+from matter.solids.tangent_map import TangentMap
 from matter.wording import readable
 
 REACH, WITHIN = 2.5, 0.5
@@ -53,7 +53,7 @@ class Choices:
     unknown: tuple[str, ...] = field(default=())
     chain: Mapping[str, float] = field(default_factory=dict)
     """Chain errors (``crater.chain``) that the run gives the crater in this very snapshot, by measure [SI]."""
-    ground: Unrolled | None = None
+    ground: TangentMap | None = None
     """The ground of an ellipsoid or mesh, which is laid flat before it is measured."""
 
     def seen(self, particles: Particles) -> Particles:
@@ -90,7 +90,7 @@ class Choices:
             "datum": datum_facts(self.datum), "before": before, "gravity_m_s2": self.gravity,
             "rise_limit_m": self.rise_limit,
             "reach_m": self.reach, "within_m": self.within, "sectors": self.sectors, "seed": self.seed,
-            **({} if self.ground is None else {"unrolled_about": self.ground.site.tolist()}),
+            **({} if self.ground is None else {"flattened_about": self.ground.site.tolist()}),
         }  # fmt: skip
 
     def words(self) -> str:

@@ -1,7 +1,7 @@
 """A patch of the ground of an ellipsoid or mesh round the site, as a bed of flat ground: for craters that are small
 against the body, whose grains would be far too coarse if they filled it.
 
-The shock stage's matter is laid flat by ``matter.solids.unrolled`` when it is handed over, and the grains lie in flat
+The shock stage's matter is flattened by ``matter.solids.tangent_map`` at the handoff, and the grains lie in flat
 ground under the gravity of the body at the site,
 
     g = -N . a,   a = attraction of the even body - omega x (omega x x) + tide        (``SolidBody.felt``)

@@ -11,16 +11,16 @@ from dem.beds.container import SHAPES
 from dem.contact.settings import Contact
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Model, Target
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 
 class Settings(Model):
     """Settings of the bed."""
 
-    target: Annotated[Target, View()]
+    target: Annotated[Target, NotIdentity()]
     """The body or ground that is hit, ``[target]``."""
-    impact: Annotated[Impact, View(but=("expected_transient_diameter",))]
+    impact: Annotated[Impact, NotIdentity(but=("expected_transient_diameter",))]
     """How the projectile hits, ``[impact]``; the bed takes its size from ``expected_transient_diameter``."""
     densities: Densities = Field(default_factory=dict)
     """Materials that the case makes denser or lighter than their files; for the prediction of ``--check`` only, the

@@ -298,11 +298,11 @@ class Settling:
             if kept is not None:
                 state |= checkpoint.under(f"{label}/fields", kept) | checkpoint.under(f"{label}/tables", kept.tables)
         state |= {name: getattr(self, name) for name in self.own}
-        checkpoint.save(out, self.total, *checkpoint.parted(state))
+        checkpoint.save(out, self.total, *checkpoint.arrays_and_numbers(state))
 
     def restore(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
         """Continue from a checkpoint, bit for bit."""
-        saved = checkpoint.Both(arrays, scalars)
+        saved = checkpoint.SavedState(arrays, scalars)
         self.phase = int(saved["phase"])
         for label in ("aside", "rested"):
             fields, tables = (

@@ -225,12 +225,12 @@ class Collapse:
         if self.following:
             state |= checkpoint.under("following", self.following.state())
         state |= {"rows": np.array(self.rows), "worst_overlap": self.worst_overlap}
-        checkpoint.save(self.out, self.bed.steps, *checkpoint.parted(state))
+        checkpoint.save(self.out, self.bed.steps, *checkpoint.arrays_and_numbers(state))
         self._write_history()
 
     def restore(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
         """Continue from a checkpoint, bit for bit."""
-        saved = checkpoint.Both(arrays, scalars)
+        saved = checkpoint.SavedState(arrays, scalars)
         self.bed.restore(checkpoint.Part(saved, "bed"))
         self.still.restore(checkpoint.Part(saved, "still"))
         self.balance = Balance.restored(checkpoint.Part(saved, "balance"))

@@ -41,7 +41,7 @@ def escapes(bed: Assembly) -> np.ndarray:
     position = np.where(k[:, None], x - centre, x)
     well = G * float(m[here].sum()) / np.maximum(np.linalg.norm(position, axis=1), 1e-300)
     if np.count_nonzero(k) > 1:
-        well[k] = tree.wells(
+        well[k] = tree.minus_potential(
             np.ascontiguousarray(x[k]), np.ascontiguousarray(m[k]), SOFTENING * bed.X[k, RADIUS], THETA
         )
     speed = v - drift

@@ -77,7 +77,7 @@ def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     )
     launched = active & ~touching & ~aside & (((distance - bed.X[:, RADIUS] > shell) & outward) | outside)
     # under uniform gravity nothing escapes
-    gone = (
+    escaped = (
         np.zeros(len(flying), dtype=bool)
         if isinstance(domain, Container)
         else flying & ~stays & (distance > far * domain.datum_radius)
@@ -88,7 +88,7 @@ def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
         back &= _free(bed, np.flatnonzero(back), distance > shell)
-    due = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(gone, 3, 0) + np.where(past_side, 4, 0)
+    due = np.where(aside, 1, 0) + np.where(launched, 2, 0) + np.where(escaped, 3, 0) + np.where(past_side, 4, 0)
     return due + np.where(back & ~past_side, 5, 0)
 
 

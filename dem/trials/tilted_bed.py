@@ -40,7 +40,7 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
     """
     cell, rest = _settled(contact, seed, spread)
     stretch = max(1, int(1.0 / cell.dt))
-    angle, way, start, gone = begin, 1.0, math.nan, 0.0
+    angle, way, start, slid = begin, 1.0, math.nan, 0.0
     # of the stretches of the measurement: time, impulses per mass down the slope and onto it, mean stresses times time
     slowing: list[tuple[float, float, float, float, float, float]] = []
     before = _mean_velocity(cell)
@@ -57,8 +57,8 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
         stop_here("friction angle")
         if way > 0.0 and flow > FLOWS and math.isnan(start):
             start = angle
-        gone = gone + flow * time if flow > FLOWS else 0.0  # a jerk that comes to rest again is no flow
-        if way > 0.0 and flow > FAST and gone > FAR * DEPTH:
+        slid = slid + flow * time if flow > FLOWS else 0.0  # a jerk that comes to rest again is no flow
+        if way > 0.0 and flow > FAST and slid > FAR * DEPTH:
             way = -1.0
         if way < 0.0 and flow < FAST:
             impulse = time * cell.gravity - (now - before)

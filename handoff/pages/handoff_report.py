@@ -94,9 +94,9 @@ def gather(run: Path, out: Path, record: dict) -> dict[str, Any]:
     import trimesh
 
     from handoff.domains import domain, turning, whole_body
-    from handoff.source import handoff_time, laying
+    from handoff.source import flattening, handoff_time
 
-    taken = out / laying.FILE
+    taken = out / flattening.FILE
     if not taken.is_file():
         paths = handoff_time.files(run / "2_sph")
         times = [float(snapshot.attributes(path).get("time", 0.0)) for path in paths]

@@ -88,10 +88,10 @@ def from_source(
     state = np.zeros(len(ejecta), dtype=np.int8)
     state[mass < _LIGHT * float(np.min(bed.mass))] = BALLISTIC
     fate = _fates(source, ejecta, domain, column, until)
-    gone = fate != two_body.RETURNS
+    escaping = fate != two_body.RETURNS
     if not isinstance(domain, WholeBody):
-        gone = past_edge(position, domain) | free_flight.escapes(domain, column, position, velocity)
-    state[gone] = BOOKED
+        escaping = past_edge(position, domain) | free_flight.escapes(domain, column, position, velocity)
+    state[escaping] = BOOKED
     nominal = radius.copy()
     position, radius, state = _fitted(position, radius, state, up, bed)
     moved = np.linalg.norm(position - source.position[ejecta], axis=1)

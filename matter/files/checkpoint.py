@@ -41,14 +41,15 @@ def under(name: str, state: Mapping[str, Any]) -> dict[str, Any]:
     return {f"{name}/{key}": value for key, value in state.items()}
 
 
-def parted(state: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
+def arrays_and_numbers(state: Mapping[str, Any]) -> tuple[dict[str, np.ndarray], dict[str, Any]]:
     """The arrays of a state, and its numbers and texts, as ``save`` takes them."""
     arrays = {name: value for name, value in state.items() if isinstance(value, np.ndarray)}
     return arrays, {name: value for name, value in state.items() if name not in arrays}
 
 
-class Both(Mapping[str, Any]):
-    """Arrays and numbers of a checkpoint as one state; it asks the numbers for what neither has, which say so."""
+class SavedState(Mapping[str, Any]):
+    """Arrays and numbers of a checkpoint as one state; a name that neither has is looked up in the numbers, which
+    raise."""
 
     def __init__(self, arrays: Mapping[str, np.ndarray], scalars: Mapping[str, Any]) -> None:
         self.arrays, self.scalars = arrays, scalars

@@ -143,7 +143,7 @@ def convert(
     sentences += [
         f"cannot be used by {stage}: missing {', '.join(names)}" for stage, names in lacking(particles).items()
     ]
-    return sentences + plausible.strangers(particles)
+    return sentences + plausible.unknown_materials(particles)
 
 
 def _report(what: Found, time: float | None) -> list[str]:

@@ -82,8 +82,8 @@ def named(particles: Particles, names: list[str]) -> None:
     particles.attributes["materials"] = names
 
 
-def strangers(particles: Particles) -> list[str]:
-    """A sentence for each name of a material that this project does not know: the stages will ask for it."""
+def unknown_materials(particles: Particles) -> list[str]:
+    """A sentence for each material name without a file: the stages will ask for it."""
     sentences = []
     for name in particles.attributes.get("materials", []):
         if name not in material.names():

@@ -225,14 +225,14 @@ def potential_energy(position: np.ndarray, mass: np.ndarray, softening: np.ndarr
     tree gets wrong shows in the total; with an opening angle ``theta`` > 0 by the tree (at 0.3 to 3e-6).
     """
     if theta > 0.0:
-        return float(-0.5 * np.dot(mass, wells(position, mass, softening, theta)))
+        return float(-0.5 * np.dot(mass, minus_potential(position, mass, softening, theta)))
     x, y, z = (np.ascontiguousarray(position[:, axis]) for axis in range(3))
     out = np.empty(len(mass))
     _direct_potential(x, y, z, mass, softening**2, out)
     return float(-0.5 * G * np.dot(mass, out))
 
 
-def wells(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float) -> np.ndarray:
+def minus_potential(position: np.ndarray, mass: np.ndarray, softening: np.ndarray, theta: float) -> np.ndarray:
     """Minus the potential (n,) [J/kg] of all others at every particle, by the tree with an opening angle ``theta``."""
     return np.asarray(_sums(position, mass, softening, theta, 1)[:, 0] - G * mass / softening)
 

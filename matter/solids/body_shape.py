@@ -21,7 +21,7 @@ _BEND = (0.6, 1.6)
 """Bounds of the factor by which an offset surface is larger: deep below an edge it has no meaning."""
 
 
-class Foot(NamedTuple):
+class SurfacePoint(NamedTuple):
     """The nearest point of the surface ``position`` (n, 3) [m], the ``height`` (n,) [m] over it, positive outside, and
     the outward ``normal`` (n, 3)."""
 
@@ -49,10 +49,10 @@ class Shape:
         self.axes = axes
         self.datum = Datum(placed.solid)
 
-    def under(self, position: np.ndarray) -> Foot:
+    def nearest_point(self, position: np.ndarray) -> SurfacePoint:
         """The foot of every position (n, 3) [m]."""
         height, normal = self.datum.height(position), self.datum.up(position)
-        return Foot(position - height[:, None] * normal, height, normal)
+        return SurfacePoint(position - height[:, None] * normal, height, normal)
 
     def widening(self, position: np.ndarray, height: np.ndarray) -> np.ndarray:
         """By how much the surface at a ``height`` (n,) [m] is larger than its foot: (1 + h k)^2."""

@@ -54,14 +54,14 @@ class Tally:
     """What a census found so far; ``ends`` counts flights by how they ended, the errors are the largest relative ones
     seen.
 
-    ``flown`` of the ``particles`` were integrated: ``rkck`` flies only those that come near a moon. ``enough``:
+    ``integrated`` of the ``particles`` were integrated: ``rkck`` flies only those that come near a moon. ``enough``:
     effective entries, summed over the blocks in their order.
     """
 
     table: dict[str, np.ndarray]
     block: int = 0
     particles: int = 0
-    flown: int = 0
+    integrated: int = 0
     steps: int = 0
     enough: float = 0.0
     ends: np.ndarray = field(default_factory=lambda: np.zeros(5, np.int64))
@@ -76,7 +76,7 @@ class Block:
 
     table: dict[str, np.ndarray]
     particles: int
-    flown: int
+    integrated: int
     steps: int
     ends: np.ndarray
     energy_error: float
@@ -84,8 +84,8 @@ class Block:
 
 
 def _fast(system: System, request: Request, number: int) -> Block:
-    lot = conditions.lot(system, request.population, request.seed, number)
-    flights = fast.run(system, lot, request.population.duration)
+    batch = conditions.batch(system, request.population, request.seed, number)
+    flights = fast.run(system, batch, request.population.duration)
     table = encounters.join(
         [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
     )
@@ -101,8 +101,8 @@ def _fast(system: System, request: Request, number: int) -> Block:
 
 
 def _tube(system: System, request: Request, number: int) -> Block:
-    lot = conditions.lot(system, request.population, request.seed, number)
-    flights = tube.run(system, lot, request.population.duration, request.seed)
+    batch = conditions.batch(system, request.population, request.seed, number)
+    flights = tube.run(system, batch, request.population.duration, request.seed)
     table = encounters.join(
         [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
     )
@@ -118,8 +118,8 @@ def _tube(system: System, request: Request, number: int) -> Block:
 
 
 def _rkck(system: System, request: Request, number: int) -> Block:
-    lot = conditions.lot(system, request.population, request.seed, number)
-    flights = rkck.run(system, lot, request.population.duration, request.seed, to_the_end=True)
+    batch = conditions.batch(system, request.population, request.seed, number)
+    flights = rkck.run(system, batch, request.population.duration, request.seed, to_the_end=True)
     taken = flights.ends[:, 1]
     ends = np.bincount(flights.ends[:, 0], minlength=5)
     return Block(flights.table, CHUNK, int((taken > 0).sum()), int(taken.sum()), ends, 0.0, 0.0)
@@ -145,7 +145,7 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
         tables.append(block.table)
         tally.block += 1
         tally.particles += block.particles
-        tally.flown += block.flown
+        tally.integrated += block.integrated
         tally.steps += block.steps
         tally.ends += block.ends
         tally.energy_error = max(tally.energy_error, block.energy_error)
@@ -198,7 +198,7 @@ def _identity(request: Request) -> str:
     )
 
 
-_NUMBERS = ("block", "particles", "flown", "steps", "enough", "energy_error", "angular_momentum_error", "wall_s")
+_NUMBERS = ("block", "particles", "integrated", "steps", "enough", "energy_error", "angular_momentum_error", "wall_s")
 
 
 def _save(request: Request, out: Path, tally: Tally) -> None:
@@ -238,7 +238,7 @@ def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
         "seed": request.seed,
         "particles": tally.particles,
         "steps": tally.steps,
-        "steps_per_flight": tally.steps / max(tally.flown, 1),
+        "steps_per_flight": tally.steps / max(tally.integrated, 1),
         "flights_timed_out": int(tally.ends[1]),
         "flights_left": int(tally.ends[2]),
         "flights_hit_jupiter": int(tally.ends[3]),

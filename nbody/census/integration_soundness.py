@@ -42,11 +42,11 @@ def jacobi_drift(
     """Change of the Jacobi constant of ``count`` particles over their flights: median and maximum, over GM_p / a of
     the outermost moon."""
     simple = restricted(system)
-    lot = conditions.lot(simple, population, seed, 0).part(0, count)
+    batch = conditions.batch(simple, population, seed, 0).part(0, count)
     # radii are kept, so that particles stop at the planet; the moons' Hill spheres have shrunk to nothing
-    flights = fast.run(simple, lot, population.duration, tolerance)
+    flights = fast.run(simple, batch, population.duration, tolerance)
     orbits = flights.ephemeris
-    before = jacobi(simple, lot.state[:, :3], lot.state[:, 3:], orbits.state(0, np.zeros(count))[0])
+    before = jacobi(simple, batch.state[:, :3], batch.state[:, 3:], orbits.state(0, np.zeros(count))[0])
     t = flights.finals[:, 0]
     after = jacobi(simple, flights.finals[:, 1:4], flights.finals[:, 4:7], orbits.state(0, t)[0])
     drift = np.abs(after - before) / (system.planet.gm / max(moon.semi_major_axis for moon in system.moons))

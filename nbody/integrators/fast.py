@@ -22,7 +22,7 @@ from nbody.masses.dop853 import STAGES
 from nbody.masses.system import System
 from nbody.masses.test_particle import field, step, swing
 from nbody.population import encounters
-from nbody.population.conditions import Lot
+from nbody.population.conditions import Batch
 from nbody.population.encounters import ENTRY, FLYING, HIT_PLANET, LEFT, TIMED_OUT
 
 TOLERANCE = 1e-9
@@ -205,13 +205,13 @@ class Flights:
     ephemeris: ephemeris.Ephemeris
 
 
-def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE, reach: float = 1.0) -> Flights:
-    """Fly all particles of ``lot`` for ``duration`` [s]; entries are those into ``reach`` Hill radii.
+def run(system: System, batch: Batch, duration: float, tolerance: float = TOLERANCE, reach: float = 1.0) -> Flights:
+    """Fly all particles of ``batch`` for ``duration`` [s]; entries are those into ``reach`` Hill radii.
 
     Raises ``UnphysicalState`` when a particle cannot be integrated.
     """
-    orbits = ephemeris.compute(system, lot.start, duration)
-    count = len(lot.state)
+    orbits = ephemeris.compute(system, batch.start, duration)
+    count = len(batch.state)
     ends, finals = np.zeros((count, 2), np.int64), np.zeros((count, 7))
     capacity = 64 + count // 8
     radii, paths = (np.array([getattr(moon, name) for moon in system.moons]) for name in ("radius", "semi_major_axis"))
@@ -219,8 +219,8 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE,
     while True:
         rows = np.zeros((capacity, encounters.RAW))
         status, entries, particle = fly(
-            lot.state,
-            lot.first,
+            batch.state,
+            batch.first,
             Limits(duration, system.planet.radius, OUTER * system.start_radius, tolerance),
             orbits.orbits,
             moons,
@@ -233,7 +233,9 @@ def run(system: System, lot: Lot, duration: float, tolerance: float = TOLERANCE,
         capacity *= 4
     if status != 0:
         raise UnphysicalState(
-            f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})"
+            f"n-body: the step of particle {particle} became too small (start {batch.state[particle - batch.first]})"
         )
     rows = rows[:entries]
-    return Flights(encounters.from_rows(rows, lot.weight[rows[:, 0].astype(int) - lot.first]), ends, finals, orbits)
+    return Flights(
+        encounters.from_rows(rows, batch.weight[rows[:, 0].astype(int) - batch.first]), ends, finals, orbits
+    )

@@ -19,7 +19,7 @@ from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
 from nbody.masses.newtonian import newton
 from nbody.masses.system import System
 from nbody.population import encounters
-from nbody.population.conditions import Lot
+from nbody.population.conditions import Batch
 from nbody.population.encounters import (
     APPROACH,
     COLLISION,
@@ -205,27 +205,27 @@ class Flights:
 
 
 def run(
-    system: System, lot: Lot, duration: float, seed: int, screened: bool = True, to_the_end: bool = False
+    system: System, batch: Batch, duration: float, seed: int, screened: bool = True, to_the_end: bool = False
 ) -> Flights:
-    """Fly ``lot`` as published, moon mode included.
+    """Fly ``batch`` as published, moon mode included.
 
     ``screened``: only particles that the fast path sees within 1.3 Hill radii of a moon are integrated, and moon-mode
     draws whose hyperbola misses by more than a third are not: the rest cannot give an event (the fast path is right to
     a kilometre), but would cost 99.8 % of the time. ``to_the_end``: particles that have left are integrated on, as in
     the thesis. Raises ``UnphysicalState``.
     """
-    picked = np.arange(len(lot.state))
+    picked = np.arange(len(batch.state))
     if screened:
-        near = fast.run(system, lot, duration, reach=1.3).table
-        picked = np.unique(near["particle"]) - lot.first
+        near = fast.run(system, batch, duration, reach=1.3).table
+        picked = np.unique(near["particle"]) - batch.first
     gm, radii = system.gm, np.array([*(moon.radius for moon in system.moons), system.planet.radius])
     rows, saved = np.zeros((64 + 8 * len(picked), encounters.RAW)), np.zeros((64 + 8 * len(picked), len(gm) + 1, 6))
-    ends = np.zeros((len(lot.state), 2), np.int64)
+    ends = np.zeros((len(batch.state), 2), np.int64)
     ends[:, 0] = LEFT
     done, part = 0, np.zeros((len(picked), 2), np.int64)
     status, done, particle = normal_mode(
-        Bodies(lot.start.position, lot.start.velocity, gm, system.hill_radii, radii),
-        np.ascontiguousarray(lot.state[picked]),
+        Bodies(batch.start.position, batch.start.velocity, gm, system.hill_radii, radii),
+        np.ascontiguousarray(batch.state[picked]),
         0,
         duration,
         fast.OUTER * system.start_radius,
@@ -236,11 +236,11 @@ def run(
     )
     if status != 0:
         reason = "more events than the table holds" if status == 1 else "its step became too small"
-        raise UnphysicalState(f"n-body: particle {lot.first + int(picked[particle])}: {reason}")
+        raise UnphysicalState(f"n-body: particle {batch.first + int(picked[particle])}: {reason}")
     ends[picked] = part
     rows, saved = rows[:done], saved[:done]
     local = picked[rows[:, 0].astype(int)]
-    rows[:, 0] = local + lot.first
-    table = encounters.from_rows(rows, lot.weight[local])
+    rows[:, 0] = local + batch.first
+    table = encounters.from_rows(rows, batch.weight[local])
     hits, steps = moon_mode.collisions(system, table, saved, seed, screened)
     return Flights(encounters.join([table, hits]), ends, steps)

@@ -32,7 +32,7 @@ from nbody.masses.dop853 import STAGES
 from nbody.masses.system import Body, System, hill_radius
 from nbody.masses.test_particle import field, step
 from nbody.population import encounters
-from nbody.population.conditions import Lot
+from nbody.population.conditions import Batch
 from nbody.population.encounters import APPROACH, ENTRY, EXIT, HIT_PLANET
 
 SAMPLES = 96  # points along a passage
@@ -160,17 +160,17 @@ class Flights:
     ephemeris: ephemeris.Ephemeris
 
 
-def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float = TOLERANCE) -> Flights:
-    """Weighted entries, closest approaches and exits of all particles of ``lot``; raises ``UnphysicalState``."""
-    orbits = ephemeris.compute(system, lot.start, duration)
+def run(system: System, batch: Batch, duration: float, seed: int, tolerance: float = TOLERANCE) -> Flights:
+    """Weighted entries, closest approaches and exits of all particles of ``batch``; raises ``UnphysicalState``."""
+    orbits = ephemeris.compute(system, batch.start, duration)
     orbit, hill = np.array([moon.semi_major_axis for moon in system.moons]), system.hill_radii
-    ends = np.zeros((len(lot.state), 2), np.int64)
-    capacity = 64 + 2 * len(lot.state)
+    ends = np.zeros((len(batch.state), 2), np.int64)
+    capacity = 64 + 2 * len(batch.state)
     while True:
         rows = np.zeros((capacity, 10))
         status, events, particle = thread(
-            lot.state,
-            lot.first,
+            batch.state,
+            batch.first,
             Limits(duration, system.planet.radius, OUTER * system.start_radius, tolerance),
             orbits.orbits._replace(ring=0.0),
             Rings(orbit, hill),
@@ -182,15 +182,15 @@ def run(system: System, lot: Lot, duration: float, seed: int, tolerance: float =
         capacity *= 4
     if status != 0:
         raise UnphysicalState(
-            f"n-body: the step of particle {particle} became too small (start {lot.state[particle - lot.first]})"
+            f"n-body: the step of particle {particle} became too small (start {batch.state[particle - batch.first]})"
         )
-    table = _events(system, rows[:events], lot, seed)
+    table = _events(system, rows[:events], batch, seed)
     return Flights(table, ends, orbits)
 
 
-def _events(system: System, rows: np.ndarray, lot: Lot, seed: int) -> dict[str, np.ndarray]:
+def _events(system: System, rows: np.ndarray, batch: Batch, seed: int) -> dict[str, np.ndarray]:
     """Entries, closest approaches and exits that the passages stand for."""
-    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, lot.first)))
+    rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, batch.first)))
     tables = []
     for index, moon in enumerate(system.moons):
         mine = rows[rows[:, 1] == index]
@@ -202,7 +202,7 @@ def _events(system: System, rows: np.ndarray, lot: Lot, seed: int) -> dict[str, 
         u2 = bplane.dot(met.velocity, met.velocity)
         boost = 1.0 + 2.0 * moon.gm / (hill * u2)
         velocity = met.velocity * np.sqrt(boost)[:, None]
-        weight = met.window / (2.0 * math.pi) * boost * lot.weight[mine[:, 0].astype(int) - lot.first]
+        weight = met.window / (2.0 * math.pi) * boost * batch.weight[mine[:, 0].astype(int) - batch.first]
         mine[:, 3] += met.time
         tables += _three(mine, index, met.position, velocity, met.moon, met.motion, weight, moon.gm)
     return encounters.join(tables)

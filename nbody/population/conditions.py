@@ -63,7 +63,7 @@ class Population:
 
 
 @dataclass(frozen=True)
-class Lot:
+class Batch:
     """Particles ``first``, ``first`` + 1 ... that share the massive bodies' ``start``.
 
     ``state`` (n, 6) in the frame of the room [m, m/s], ``weight`` (n,).
@@ -74,12 +74,12 @@ class Lot:
     state: np.ndarray
     weight: np.ndarray
 
-    def part(self, low: int, high: int) -> Lot:
+    def part(self, low: int, high: int) -> Batch:
         """Particles ``low`` to ``high`` of this lot."""
-        return Lot(self.first + low, self.start, np.ascontiguousarray(self.state[low:high]), self.weight[low:high])
+        return Batch(self.first + low, self.start, np.ascontiguousarray(self.state[low:high]), self.weight[low:high])
 
 
-def lot(system: System, population: Population, seed: int, chunk: int) -> Lot:
+def batch(system: System, population: Population, seed: int, chunk: int) -> Batch:
     """Chunk number ``chunk`` of a population: the moons' longitudes (and Jupiter's anomaly, where random) are drawn
     once per chunk.
 
@@ -94,7 +94,7 @@ def lot(system: System, population: Population, seed: int, chunk: int) -> Lot:
     begin = place_bodies(system, anomaly if population.mean_anomaly is None else population.mean_anomaly, longitudes)
     position, velocity, weight = population.states(system, begin, CHUNK, rng)
     state = np.hstack([position + begin.position[1], velocity + begin.velocity[1]])
-    return Lot(chunk * CHUNK, begin, np.ascontiguousarray(state), weight)
+    return Batch(chunk * CHUNK, begin, np.ascontiguousarray(state), weight)
 
 
 def triad(start: Start) -> np.ndarray:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from matter.case.body import Model
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from matter.errors import InputError
 from pipeline.case import outside, stages
 from pipeline.case.read import Case
@@ -50,7 +50,9 @@ def hash8(case: Case) -> str:
     """
     settings = checking.settings_of(case, case.stages)
     values = {
-        stage: deciding(settings[stage]) for stage in case.stages if stage in settings and stage not in case.outside
+        stage: identity_fields(settings[stage])
+        for stage in case.stages
+        if stage in settings and stage not in case.outside
     }
     files = {
         stage: [provenance.file_sha256(path) for path in outside.taken(stage, file)]

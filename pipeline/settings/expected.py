@@ -32,7 +32,7 @@ from pydantic import Field, ValidationError, field_validator, model_validator
 
 from crater.settings import of_each_measure
 from matter.case.body import Model
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from matter.case.quantity import REQUIRED
 from matter.errors import InputError
 from matter.files import toml_input
@@ -170,15 +170,15 @@ def as_shipped(case: cases.Case) -> bool:
     # what a run was begun with holds its chain error
     carried = {("crater", "chain")} if case.run is not None else set()
     try:
-        return _deciding(cases.read(*shipped), carried) == _deciding(case, carried)
+        return _identity_fields(cases.read(*shipped), carried) == _identity_fields(case, carried)
     except InputError:
         return False  # what is wrong with the case is said where it is composed
 
 
-def _deciding(case: cases.Case, carried: set[tuple[str, str]]) -> dict[str, Any]:
+def _identity_fields(case: cases.Case, carried: set[tuple[str, str]]) -> dict[str, Any]:
     settings = checking.settings_of(case)
     return {
-        stage: {key: value for key, value in deciding(one).items() if (stage, key) not in carried}
+        stage: {key: value for key, value in identity_fields(one).items() if (stage, key) not in carried}
         for stage, one in settings.items()
     }
 

@@ -1,6 +1,6 @@
 """What a stage is known by: hashes of all that decides its result.
 
-    inputs   the stage, its deciding settings (``matter.case.deciding``), the files from elsewhere by content, and the
+    inputs   the stage, its settings (``matter.case.identity_fields``), the files from elsewhere by content, and the
              stages that it reads by their keys (or, where it reads one small file of a stage, that file by content)
     key      inputs, the sources of the project that the stage can reach with their data (materials, bodies), and the
              threads where bits depend on them
@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 from matter.case.body import Model
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from pipeline.case import outside, stages
 from pipeline.settings import describe
 from pipeline.store import folder, provenance
@@ -59,7 +59,7 @@ def stage_identity(stage: str, settings: Model | None, elsewhere: Path | None, f
         digest.update((outside.ground(stage, elsewhere, settings) or "").encode())
         return Identity(digest.hexdigest(), "", None)
     assert settings is not None
-    decided = deciding(settings)
+    decided = identity_fields(settings)
     digest.update(json.dumps(decided, sort_keys=True).encode())
     for path in _files_named(decided):
         digest.update(provenance.file_sha256(path).encode())

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from matter.case.body import Model
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from matter.errors import InputError
 from matter.files import archive
 from pipeline.case import stages
@@ -52,7 +52,7 @@ def mark(path: Path) -> dict[str, Any]:
 def settings_text(settings: Model) -> str:
     """What of settings decides a result as canonical JSON: equal texts are equal settings, to the last bit of every
     number."""
-    return json.dumps(deciding(settings), sort_keys=True)
+    return json.dumps(identity_fields(settings), sort_keys=True)
 
 
 def lacking(done: Mapping[str, Any]) -> list[str]:

@@ -11,7 +11,7 @@ import hashlib
 import json
 from dataclasses import dataclass
 
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from pipeline.case import stages
 from pipeline.running import plan, prediction
 from pipeline.running.request import settings_of
@@ -45,7 +45,7 @@ def rows_of(sweep: Sweep) -> dict[str, Row]:
             own = (
                 str(request.case.outside[stage].resolve())
                 if stage in request.case.outside
-                else deciding(settings[stage])
+                else identity_fields(settings[stage])
             )
             decides = json.dumps([stage, own, read], sort_keys=True, default=str)
             names[stage] = hashlib.sha256(decides.encode()).hexdigest()

@@ -20,7 +20,7 @@ from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
 from sph.materials import temperature
 from sph.materials.families import FAMILIES
-from sph.materials.settings import AS_PUBLISHED, Kept, has_section, law_of, parameters
+from sph.materials.settings import AS_PUBLISHED, CommonChoice, has_section, law_of, parameters
 from sph.porosity import crush, p_alpha
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
@@ -76,7 +76,7 @@ class Materials:
 
     names: tuple[str, ...]
     rows: Rows
-    choices: Mapping[str, Kept]
+    choices: Mapping[str, CommonChoice]
 
     @property
     def rho0(self) -> np.ndarray:
@@ -130,7 +130,7 @@ class Materials:
         return self.choices.get(name, AS_PUBLISHED).predamaged
 
 
-def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -> Materials:
+def collect(names: tuple[str, ...], choices: Mapping[str, CommonChoice] | None = None) -> Materials:
     """Rows for the materials ``names``, changed as ``choices`` says. Sections that a material lacks mean: no shear, no
     yield, no flaws, no tension.
 
@@ -179,19 +179,19 @@ def collect(names: tuple[str, ...], choices: Mapping[str, Kept] | None = None) -
     return Materials(names, rows, choices)
 
 
-def _chosen(name: str, family: Family, default: str, choice: Kept) -> int:
+def _chosen(name: str, family: Family, default: str, choice: CommonChoice) -> int:
     """The number of the law that a material takes in a family."""
     return _number(name, family.key, family.names, default, choice)
 
 
-def _number(name: str, key: str, names: tuple[str, ...], default: str, choice: Kept) -> int:
+def _number(name: str, key: str, names: tuple[str, ...], default: str, choice: CommonChoice) -> int:
     law = law_of(name, key, default, choice)
     if law not in names:
         raise InputError(f"material {name!r}: {key} is {law!r}, which is none of {', '.join(names)}")
     return names.index(law)
 
 
-def _values(name: str, family: Family, kind: int, choice: Kept) -> Any:
+def _values(name: str, family: Family, kind: int, choice: CommonChoice) -> Any:
     """The validated parameters of a material's law; raises ``InputError`` for values that do not fit together."""
     module: Any = family.module(kind)
     values = parameters(module.Parameters, name, family.title(module), choice)
@@ -199,14 +199,16 @@ def _values(name: str, family: Family, kind: int, choice: Kept) -> Any:
     return values
 
 
-def _bulk(name: str, choice: Kept) -> tuple[int, Any, Sequence[float]]:
+def _bulk(name: str, choice: CommonChoice) -> tuple[int, Any, Sequence[float]]:
     """Number, values and row of a material's equation of state."""
     kind = _chosen(name, eos.FAMILY, "tillotson", choice)
     values = _values(name, eos.FAMILY, kind, choice)
     return kind, values, eos.FAMILY.row(kind, values)
 
 
-def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept, kind: int, values: Any, numbers: Sequence[float]) -> None:
+def _fill_bulk(
+    rows: Rows, i: int, name: str, choice: CommonChoice, kind: int, values: Any, numbers: Sequence[float]
+) -> None:
     rows.eos[i] = kind
     _put(rows.eos_row[i], numbers)
     rows.rho0[i] = values.rho0
@@ -220,7 +222,7 @@ def _fill_bulk(rows: Rows, i: int, name: str, choice: Kept, kind: int, values: A
     rows.boils[i] = getattr(values, "Eiv", math.inf)
 
 
-def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
+def _fill_strength(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     default = "von_mises" if has_section(name, "von_mises", choice) else "none"
     kind = rows.strength[i] = _chosen(name, strength.FAMILY, default, choice)
     rows.mixes_damage[i] = strength.FAMILY.having("MIXES_DAMAGE")[kind]
@@ -233,7 +235,7 @@ def _fill_strength(rows: Rows, i: int, name: str, choice: Kept) -> None:
         rows.melt[i] = parameters(von_mises.Parameters, name, "von_mises", choice).melt_energy
 
 
-def _fill_friction(rows: Rows, i: int, name: str, choice: Kept) -> None:
+def _fill_friction(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     if not has_section(name, "inertial_friction", choice):
         return
     law, rubs = strength.FAMILY.names[rows.strength[i]], strength.FAMILY.having("RUBS")[rows.strength[i]]
@@ -241,7 +243,7 @@ def _fill_friction(rows: Rows, i: int, name: str, choice: Kept) -> None:
     _put(rows.inertial[i], parameters(inertial_friction.Parameters, name, "inertial_friction", choice))
 
 
-def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:
+def _fill_heat(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     """Temperature; where it decides about melting, strength and tension go by its fraction of the way there."""
     kind = int(rows.eos[i])
     if has_section(name, "thermal", choice):
@@ -258,7 +260,7 @@ def _fill_heat(rows: Rows, i: int, name: str, choice: Kept) -> None:
         rows.thermal[i, temperature.HOW] = temperature.OWN
 
 
-def _fill_damage(rows: Rows, i: int, name: str, choice: Kept) -> None:
+def _fill_damage(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     default = "cube_root" if has_section(name, "weibull", choice) else "none"
     rows.growth[i] = _chosen(name, growth.FAMILY, default, choice)
     rows.flawed[i] = 1.0 if rows.growth[i] > 0 and has_section(name, "weibull", choice) else 0.0
@@ -266,7 +268,7 @@ def _fill_damage(rows: Rows, i: int, name: str, choice: Kept) -> None:
         parameters(grady_kipp.Parameters, name, "weibull", choice)
 
 
-def _fill_pores(rows: Rows, i: int, name: str, choice: Kept) -> None:
+def _fill_pores(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     kind = rows.porosity[i] = _chosen(name, porosity.FAMILY, "none", choice)
     rows.alpha0[i] = rows.pores[i, 0] = 1.0
     if kind == 0:
@@ -301,7 +303,7 @@ def taken(rows: Rows, i: int) -> dict[str, int]:
     return {family.key: int(kind) for family, kind in zip(FAMILIES, kinds)}
 
 
-def _refuse_idle(rows: Rows, i: int, name: str, choice: Kept) -> None:
+def _refuse_idle(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     """Values for a law that the material does not take would change nothing: most likely the choice of the law was
     forgotten."""
     kinds = taken(rows, i)

@@ -31,8 +31,8 @@ from sph.materials.families import FAMILIES
 Values = dict[str, str | float | list[str | float]]
 
 
-class Kept(Model):
-    """What a case may say of a material whatever the laws are."""
+class CommonChoice(Model):
+    """Keys of a material that a case may set whatever the laws are."""
 
     crush_form: Literal["pressure", "density"] | None = None
     """Whether crushing goes by the pressure of the particle or by its density alone."""
@@ -69,25 +69,25 @@ def _laws() -> dict[str, Any]:
     return fields
 
 
-Choice: type[Kept] = create_model(
-    "Choice", __base__=Kept, __doc__="The laws of one material and values of their parameters.", **_laws()
+Choice: type[CommonChoice] = create_model(
+    "Choice", __base__=CommonChoice, __doc__="The laws of one material and values of their parameters.", **_laws()
 )
 """The laws of one material and values of their parameters; what is left out is as in the material's file."""
 
 AS_PUBLISHED = Choice()
 
 
-def law_of(name: str, family: str, default: str, choice: Kept = AS_PUBLISHED) -> str:
+def law_of(name: str, family: str, default: str, choice: CommonChoice = AS_PUBLISHED) -> str:
     """The law that a material takes in a family (``"strength"``): the case's, the file's, or the default."""
     return getattr(choice, family) or material.choices(name).get(family, default)
 
 
-def has_section(name: str, title: str, choice: Kept = AS_PUBLISHED) -> bool:
+def has_section(name: str, title: str, choice: CommonChoice = AS_PUBLISHED) -> bool:
     """Whether the material's file or the case has the section."""
     return title in material.load(name) or bool(getattr(choice, title, None))
 
 
-def parameters(law: type, name: str, title: str, choice: Kept = AS_PUBLISHED) -> Any:
+def parameters(law: type, name: str, title: str, choice: CommonChoice = AS_PUBLISHED) -> Any:
     """The validated ``Parameters`` of a law for the material ``name``; raises ``InputError`` saying what does not
     fit."""
     changes: Mapping[str, Any] = getattr(choice, title, None) or {}

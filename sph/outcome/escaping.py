@@ -38,7 +38,7 @@ def escaped_momentum(
     ``normal`` (3,) of the surface; mass and beta of the escaping particles that are ``separated`` (n,) bool."""
     centre, drift = (mass @ values / mass.sum() for values in (position, velocity))
     offset, speed = position - centre, velocity - drift
-    well = tree.wells(position, mass, softening, THETA)
+    well = tree.minus_potential(position, mass, softening, THETA)
     escapes = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, offset) > 0.0)
     lost = mass[escapes] @ velocity[escapes]
     stays = momentum - lost

@@ -17,14 +17,14 @@ from sph.shock_states import hugoniot
 SOURCES = ("Melosh1989",)
 
 
-class Match(NamedTuple):
+class ContactState(NamedTuple):
     """Pressure at the contact [Pa], and the speed that the target's surface takes [m/s]."""
 
     pressure: float
     speed: float
 
 
-def planar(materials: Materials, projectile: str, target: str, speed: float) -> Match:
+def planar(materials: Materials, projectile: str, target: str, speed: float) -> ContactState:
     """A plate of ``projectile`` on one of ``target`` (names) at ``speed`` [m/s].
 
     Raises ``ValueError`` where an equation of state has no shock of that strength, or the two curves do not meet.
@@ -40,4 +40,4 @@ def planar(materials: Materials, projectile: str, target: str, speed: float) -> 
         return hugoniot.behind(other, ground, w).P - hugoniot.behind(own, light, speed - w).P
 
     w = float(brentq(miss, 1e-3 * speed, (1.0 - 1e-3) * speed, xtol=1e-6 * speed))
-    return Match(hugoniot.behind(other, ground, w).P, w)
+    return ContactState(hugoniot.behind(other, ground, w).P, w)

@@ -93,7 +93,7 @@ def relax(
     run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads)
     saved = checkpoint.newest(out) if out else None
     if saved is not None:
-        run.restore(checkpoint.Both(*saved))
+        run.restore(checkpoint.SavedState(*saved))
     radius = run.mean_radius
     unit = math.sqrt(radius / g)
     cell, reach = 2.5 * radius, min(1.5 * width, box.radius - 2.0 * radius)
@@ -107,7 +107,7 @@ def relax(
         progress.update(run.time / unit, f"{speed:.3g} m/s")
         if out and cadence.due():
             with cadence.writing():
-                checkpoint.save(out, run.steps, *checkpoint.parted(run.saved()))
+                checkpoint.save(out, run.steps, *checkpoint.arrays_and_numbers(run.saved()))
         stop_here("carved bowl")
     end = run.particles({}, tables=False)
     _, after = profile(end, cell, reach)

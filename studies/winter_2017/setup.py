@@ -112,9 +112,9 @@ def starts(_: Evidence) -> list[Score]:
     from nbody.integrators import fast
 
     system = jovian("callisto")
-    lot = conditions.lot(system, conditions.population("printed"), 1, 0)
-    place = np.linalg.norm(lot.state[:, :3] - lot.start.position[1], axis=1) / system.start_radius
-    arrivals = int((fast.run(system, lot, 1.4 * conditions.YEAR).table["event"] == ENTRY).sum())
+    batch = conditions.batch(system, conditions.population("printed"), 1, 0)
+    place = np.linalg.norm(batch.state[:, :3] - batch.start.position[1], axis=1) / system.start_radius
+    arrivals = int((fast.run(system, batch, 1.4 * conditions.YEAR).table["event"] == ENTRY).sum())
     mu, a = load("sun").gm, 5.2 * AU
     planet = math.sqrt(mu / a)
     outer = math.sqrt(mu * (2.0 / a - (1.0 - 0.1) / a)), math.sqrt(mu * (2.0 / a - (1.0 + 0.1) / a))
@@ -124,7 +124,7 @@ def starts(_: Evidence) -> list[Score]:
         """Eq. 11 [m/s]."""
         return 2.0 * planet * math.sin(math.radians(0.5 * inclination))
 
-    literal = conditions.lot(system, conditions.population("literal"), 1, 0)
+    literal = conditions.batch(system, conditions.population("literal"), 1, 0)
     v = np.abs((literal.state[:, 3:] - literal.start.velocity[1]) @ conditions.triad(literal.start).T).max(axis=0)
     return [
         Score("W16", "eq. 6: start between 95 % and 100 % of the Hill radius", "each coordinate +-(0.95 ... 1)",

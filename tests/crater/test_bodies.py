@@ -22,7 +22,7 @@ from matter.particles import Particles
 from matter.points import packing
 from matter.solids.body_shape import Shape, enclosed
 from matter.solids.pose_tracker import PoseTracker
-from matter.solids.unrolled import Unrolled
+from matter.solids.tangent_map import TangentMap
 from matter.wording.body_measures import PAIRS, SINGLES, TABLE
 
 AXES = (200.0, 150.0, 110.0)
@@ -127,11 +127,11 @@ def test_a_cap_that_is_cut_out_has_its_depth_and_volume_on_the_map(site):
 def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
     placed, wide = bodies.placed(AXES, *site), 20.0
     shape, every = Shape(placed, AXES), lattice(4.0, 115.0)
-    foot = shape.under(every.position)
+    foot = shape.nearest_point(every.position)
     profile = synthetic.bowl(wide, 0.2, 0.04)
     away = np.linalg.norm(foot.position - [0.0, 0.0, placed.height], axis=1)
     before, after = every.select(foot.height < 0.0), every.select(foot.height < profile(away))
-    ground = Unrolled(shape, PoseTracker(before))
+    ground = TangentMap(shape, PoseTracker(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     # a body that was hit has turned and flies on
@@ -152,7 +152,7 @@ def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
     shape, before, _ = even
     cut = bodies.Cut(shape.placed, 14.0, 6.0)
     after = before.select(~cut.inside(before.position))
-    ground = Unrolled(shape, PoseTracker(before))
+    ground = TangentMap(shape, PoseTracker(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater = chosen.measured(after, flat, "the body")
@@ -256,7 +256,7 @@ def test_beta_of_two_groups_of_known_momenta(even):
 def test_flat_coordinates_keep_areas_on_a_ball():
     axes = (100.0, 100.0, 100.0)
     shape = Shape(bodies.placed(axes, 20.0, 30.0), axes)
-    ground = Unrolled(shape, PoseTracker(lattice(10.0, 45.0)))
+    ground = TangentMap(shape, PoseTracker(lattice(10.0, 45.0)))
     angle = np.radians([5.0, 20.0, 45.0, 70.0])
     place = 45.0 * np.stack([np.sin(angle), np.zeros(4), np.cos(angle)], axis=1)
     flat, _ = ground.flat(place)

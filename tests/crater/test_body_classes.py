@@ -24,7 +24,7 @@ from matter.particles import Particles
 from matter.points import packing
 from matter.solids.body_shape import Shape, spread
 from matter.solids.pose_tracker import PoseTracker
-from matter.solids.unrolled import Unrolled
+from matter.solids.tangent_map import TangentMap
 
 AXES = (200.0, 150.0, 110.0)
 SPACING = 8.0
@@ -50,7 +50,7 @@ def body():
 
 def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40.0) -> tuple[str, str]:
     """Class and reason as the stage finds them, of a case that expects a transient crater of this ``size`` [m]."""
-    ground = Unrolled(shape, PoseTracker(before))
+    ground = TangentMap(shape, PoseTracker(before))
     chosen = Choices(datum.plane(), None, 1e-4, 50.0, 2.5 * size, 0.5 * size, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater: Measures | None = None
@@ -65,7 +65,7 @@ def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40
 
 def with_bowl(shape: Shape, every: Particles, radius: float, depth: float) -> Particles:
     """The body with a bowl of this rim ``radius`` and ``depth`` [m] over the chord from the site."""
-    foot = shape.under(every.position)
+    foot = shape.nearest_point(every.position)
     away = np.linalg.norm(foot.position - [0.0, 0.0, shape.placed.height], axis=1)
     return every.select(foot.height < synthetic.bowl(radius, 0.5 * depth / radius, 0.02)(away))
 

@@ -79,7 +79,7 @@ def test_the_body_has_all_measures_and_those_of_the_shock_stage(run):
     assert track == pytest.approx([0.0, -1.0, 0.0], abs=1e-9)  # the companion stands above longitude 0
     assert body["measures"]["orbit_period_change_s"]["value"] is not None
     assert measures["transient"]["depth_m"]["value"] > 0.0
-    assert measures["measured_with"]["sph"]["unrolled_about"][2] == pytest.approx(27.5, abs=3.0)
+    assert measures["measured_with"]["sph"]["flattened_about"][2] == pytest.approx(27.5, abs=3.0)
 
 
 def test_page_pictures_and_map_are_there(run):

@@ -197,6 +197,6 @@ def test_names_of_materials_are_used_or_refused(tmp_path):
         formats.read(tmp_path / "plain.csv", materials="basalt,ice")
     with pytest.raises(InputError, match="material number 2 has no name: there are 2"):
         formats.save(formats.read(tmp_path / "kinds.csv", materials="basalt,ice"), tmp_path / "a.vtkhdf")
-    assert formats.plausible.strangers(formats.read(tmp_path / "kinds.csv", materials="bassalt,ice,iron")) == [
+    assert formats.plausible.unknown_materials(formats.read(tmp_path / "kinds.csv", materials="bassalt,ice,iron")) == [
         "material 'bassalt' is not one of this project's; did you mean 'basalt'?"
     ]

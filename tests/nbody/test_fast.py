@@ -16,17 +16,17 @@ POPULATION = conditions.population("literal")
 @pytest.fixture(scope="module")
 def flights():
     system = census.jovian("callisto")
-    lot = conditions.lot(system, POPULATION, 11, 0)
-    return system, lot, fast.run(system, lot, POPULATION.duration)
+    batch = conditions.batch(system, POPULATION, 11, 0)
+    return system, batch, fast.run(system, batch, POPULATION.duration)
 
 
-def ias15(rebound, system, lot, particle, t, moon):
+def ias15(rebound, system, batch, particle, t, moon):
     """Position and velocity relative to the moon at time t, integrated by IAS15 with all bodies."""
     sim = rebound.Simulation()
-    for gm, x, v in zip(system.gm, lot.start.position, lot.start.velocity):
+    for gm, x, v in zip(system.gm, batch.start.position, batch.start.velocity):
         sim.add(m=gm, x=x[0], y=x[1], z=x[2], vx=v[0], vy=v[1], vz=v[2])
     sim.N_active = len(system.gm)
-    x = lot.state[particle - lot.first]
+    x = batch.state[particle - batch.first]
     sim.add(m=0.0, x=x[0], y=x[1], z=x[2], vx=x[3], vy=x[4], vz=x[5])
     sim.integrate(t)
     last, other = sim.particles[len(system.gm)], sim.particles[int(2 + moon)]
@@ -35,23 +35,23 @@ def ias15(rebound, system, lot, particle, t, moon):
 
 def test_entries_agree_with_ias15_within_a_kilometre(flights):
     rebound = pytest.importorskip("rebound", reason="oracle of the [test] extra")
-    system, lot, result = flights
+    system, batch, result = flights
     table = encounters.select(result.table, result.table["event"] == encounters.ENTRY)
     _, first = np.unique(table["particle"], return_index=True)  # before any close passage
     assert len(first) >= 10
     for row in first[:12]:
-        x, v = ias15(rebound, system, lot, table["particle"][row], table["time"][row], table["moon"][row])
+        x, v = ias15(rebound, system, batch, table["particle"][row], table["time"][row], table["moon"][row])
         assert np.linalg.norm(x - table["position"][row]) < 1e3
         assert np.linalg.norm(v - table["velocity"][row]) < 1.0
 
 
 def test_after_a_close_passage_within_100_km(flights):
     rebound = pytest.importorskip("rebound", reason="oracle of the [test] extra")
-    system, lot, result = flights
+    system, batch, result = flights
     table = encounters.select(result.table, result.table["event"] == encounters.EXIT)
     assert len(table["time"]) >= 10
     for row in range(10):
-        x, _ = ias15(rebound, system, lot, table["particle"][row], table["time"][row], table["moon"][row])
+        x, _ = ias15(rebound, system, batch, table["particle"][row], table["time"][row], table["moon"][row])
         assert np.linalg.norm(x - table["position"][row]) < 1e5
 
 
@@ -80,8 +80,8 @@ def test_jacobi_constant():
 def test_flights_that_dip_below_the_surface_between_two_steps_hit_the_planet(flights):
     """Pericentres from 0.9985 to 1.0015 planet radii about the planet itself, which is 188 km from the barycentre; the
     least distance is found by an integrator of its own (DOP853 of scipy), to 1e-5 radii."""
-    system, lot, result = flights
-    home, orbits = lot.start, result.ephemeris.orbits
+    system, batch, result = flights
+    home, orbits = batch.start, result.ephemeris.orbits
     mu, radius, rng = system.planet.gm, system.planet.radius, np.random.default_rng(7)
     rows = []
     for part in np.linspace(0.9985, 1.0015, 25):
@@ -94,7 +94,7 @@ def test_flights_that_dip_below_the_surface_between_two_steps_hit_the_planet(fli
         motion = across * side - (speed**2 - across**2) ** 0.5 * out
         rows.append(np.r_[r * out + home.position[1], motion + home.velocity[1]])
     state, seen = np.array(rows), np.empty(6)
-    end = fast.run(system, conditions.Lot(0, home, state, np.ones(len(state))), 3e5).ends[:, 0]
+    end = fast.run(system, conditions.Batch(0, home, state, np.ones(len(state))), 3e5).ends[:, 0]
     least = []
     for y in state:
         path = solve_ivp(

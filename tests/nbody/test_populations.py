@@ -11,19 +11,19 @@ from nbody.population import conditions
 JOVIAN = system.jovian("callisto")
 
 
-def lot(name, seed=1, chunk=0):
-    return conditions.lot(JOVIAN, conditions.population(name), seed, chunk)
+def batch(name, seed=1, chunk=0):
+    return conditions.batch(JOVIAN, conditions.population(name), seed, chunk)
 
 
 def test_a_particle_depends_on_seed_and_index_only():
-    one, two = lot("literal"), lot("literal")
+    one, two = batch("literal"), batch("literal")
     assert np.array_equal(one.state, two.state)
-    assert not np.array_equal(one.state, lot("literal", seed=2).state)
-    assert lot("literal", chunk=3).first == 3 * conditions.CHUNK
+    assert not np.array_equal(one.state, batch("literal", seed=2).state)
+    assert batch("literal", chunk=3).first == 3 * conditions.CHUNK
 
 
 def test_literal_shell_cone_and_box():
-    some = lot("literal")
+    some = batch("literal")
     x, v = some.state[:, :3] - some.start.position[1], some.state[:, 3:] - some.start.velocity[1]
     r = np.linalg.norm(x, axis=1) / JOVIAN.start_radius
     assert 0.95 <= r.min() and r.max() <= 1.0
@@ -47,7 +47,7 @@ def test_bounded_draw_is_the_plain_redraw():
 
 
 def test_corrected_orbits_fill_the_element_box_and_fly_inwards():
-    some = lot("corrected")
+    some = batch("corrected")
     n = some.state[:, :3] - some.start.position[1]
     assert np.linalg.norm(n, axis=1) == pytest.approx(JOVIAN.start_radius)
     relative = some.state[:, 3:] - some.start.velocity[1]
@@ -62,7 +62,7 @@ def test_corrected_orbits_fill_the_element_box_and_fly_inwards():
 
 
 def test_isotropic_beam_has_the_speed_at_infinity_and_reaches_the_moons():
-    some = lot("isotropic")
+    some = batch("isotropic")
     x, v = some.state[:, :3] - some.start.position[1], some.state[:, 3:] - some.start.velocity[1]
     infinity = np.sqrt(np.einsum("ij,ij->i", v, v) - 2.0 * JOVIAN.planet.gm / np.linalg.norm(x, axis=1))
     assert infinity == pytest.approx(conditions.ISOTROPIC_SPEED, rel=1e-9)

@@ -50,8 +50,8 @@ def isotropic():
     jovian, population = census.jovian("callisto"), conditions.population("isotropic")
     made = []
     for chunk in range(6):
-        lot = conditions.lot(jovian, population, 5, chunk)
-        flights = tube.run(jovian, lot, population.duration, 5)
+        batch = conditions.batch(jovian, population, 5, chunk)
+        flights = tube.run(jovian, batch, population.duration, 5)
         made += [flights.table, moon_mode.collide(flights.table, jovian, 5, chunk, focused=True)]
     return jovian, encounters.join(made)
 
@@ -73,10 +73,10 @@ def test_tube_and_fast_give_the_same_number_of_entries():
     jovian, population = census.jovian("callisto"), conditions.population("isotropic")
     count = expected = 0.0
     for chunk in range(4):
-        lot = conditions.lot(jovian, population, 6, chunk)
-        quick = fast.run(jovian, lot, population.duration).table
+        batch = conditions.batch(jovian, population, 6, chunk)
+        quick = fast.run(jovian, batch, population.duration).table
         count += ((quick["event"] == encounters.ENTRY) * quick["weight"]).sum()
-        weighted = tube.run(jovian, lot, population.duration, 6).table
+        weighted = tube.run(jovian, batch, population.duration, 6).table
         expected += (weighted["weight"] * (weighted["event"] == encounters.ENTRY)).sum()
     assert count > 25 and count == pytest.approx(expected, abs=4.0 * math.sqrt(expected))
 
@@ -87,8 +87,8 @@ def test_corrected_population_is_the_flux_of_its_orbits():
     from scipy.stats import ks_2samp
 
     jovian = census.jovian("callisto")
-    lot = conditions.lot(jovian, conditions.population("corrected", mean_anomaly=0.0), 3, 0)
-    home, motion = lot.start.position[1] - lot.start.position[0], lot.start.velocity[1] - lot.start.velocity[0]
+    batch = conditions.batch(jovian, conditions.population("corrected", mean_anomaly=0.0), 3, 0)
+    home, motion = batch.start.position[1] - batch.start.position[0], batch.start.velocity[1] - batch.start.velocity[0]
     rng, mu, radius = np.random.default_rng(2), jovian.sun.gm, jovian.start_radius
     kept = []
     for _ in range(6):
@@ -118,7 +118,7 @@ def test_corrected_population_is_the_flux_of_its_orbits():
         kept.append(speed[good])
     brute = np.concatenate(kept)
     assert len(brute) > 800
-    drawn = lot.state[:, 3:] - lot.start.velocity[1]
+    drawn = batch.state[:, 3:] - batch.start.velocity[1]
     for k in range(3):
         assert ks_2samp(brute[:, k], drawn[:, k]).pvalue > 1e-3
 
@@ -152,9 +152,9 @@ def test_population_from_a_file_is_the_isotropic_one_at_its_elevations(tmp_path)
     path = tmp_path / "comets.csv"
     path.write_text("# comets\nspeed_at_infinity_km_s,inclination_deg,weight\n5,0,1\n8,60,3\n")
     jovian, population = census.jovian("io"), conditions.population(str(path))
-    lot = conditions.lot(jovian, population, 1, 0)
+    batch = conditions.batch(jovian, population, 1, 0)
     assert len(jovian.moons) == 3
-    flights = tube.run(jovian, lot, population.duration, 1)
+    flights = tube.run(jovian, batch, population.duration, 1)
     made = moon_mode.collide(flights.table, jovian, 1, 0, focused=True)
     assert (census_tables.hits(made, jovian.moon("io"))["speed"] > 0).any()
 
@@ -175,8 +175,8 @@ def test_every_claim_is_scored_once():
     jovian, population = census.jovian("callisto"), conditions.population("literal")
     made = []
     for chunk in range(2):
-        lot = conditions.lot(jovian, population, 9, chunk)
-        flights = tube.run(jovian, lot, population.duration, 9)
+        batch = conditions.batch(jovian, population, 9, chunk)
+        flights = tube.run(jovian, batch, population.duration, 9)
         made += [flights.table, moon_mode.collide(flights.table, jovian, 9, chunk, focused=False)]
     attributes = {"particles": 16384, "population": "literal", "integrator": "tube", "seed": 9}
     scores = encounter_claims.score(Evidence(encounters.join(made), attributes, None))

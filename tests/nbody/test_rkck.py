@@ -13,13 +13,13 @@ SYSTEM = census.jovian("callisto")
 
 
 @pytest.fixture(scope="module")
-def lot():
-    return conditions.lot(SYSTEM, POPULATION, 11, 0)
+def batch():
+    return conditions.batch(SYSTEM, POPULATION, 11, 0)
 
 
 @pytest.fixture(scope="module")
-def both(lot):
-    return fast.run(SYSTEM, lot, POPULATION.duration), rkck.run(SYSTEM, lot, POPULATION.duration, 11)
+def both(batch):
+    return fast.run(SYSTEM, batch, POPULATION.duration), rkck.run(SYSTEM, batch, POPULATION.duration, 11)
 
 
 def entries(table):
@@ -42,24 +42,24 @@ def test_same_particles_enter_at_the_same_time_speed_and_elevation(both):
 
 
 @pytest.mark.validation
-def test_against_ias15_over_a_year(lot, both):
+def test_against_ias15_over_a_year(batch, both):
     rebound = pytest.importorskip("rebound", reason="oracle of the [test] extra")
     table = both[1].table
     for particle, row in list(entries(table).items())[:10]:
         sim = rebound.Simulation()
-        for gm, x, v in zip(SYSTEM.gm, lot.start.position, lot.start.velocity):
+        for gm, x, v in zip(SYSTEM.gm, batch.start.position, batch.start.velocity):
             sim.add(m=gm, x=x[0], y=x[1], z=x[2], vx=v[0], vy=v[1], vz=v[2])
         sim.N_active = 4
-        x = lot.state[particle - lot.first]
+        x = batch.state[particle - batch.first]
         sim.add(m=0.0, x=x[0], y=x[1], z=x[2], vx=x[3], vy=x[4], vz=x[5])
         sim.integrate(table["time"][row])
         place = np.array(sim.particles[4].xyz) - np.array(sim.particles[1].xyz)
         assert np.linalg.norm(place - table["jovicentric_position"][row]) < 1e3
 
 
-def test_a_direct_flight_through_all_bodies_matches_the_screened_one(lot, both):
+def test_a_direct_flight_through_all_bodies_matches_the_screened_one(batch, both):
     """Particles that the fast path sees far from the moons have no events in full integration either."""
-    part = rkck.run(SYSTEM, lot.part(0, 64), POPULATION.duration, 11, screened=False)
+    part = rkck.run(SYSTEM, batch.part(0, 64), POPULATION.duration, 11, screened=False)
     whole = both[1].table
     expected = whole["time"][(whole["particle"] < 64) & (whole["event"] == encounters.ENTRY)]
     assert np.array_equal(part.table["time"][part.table["event"] == encounters.ENTRY], expected)

@@ -9,7 +9,7 @@ import pytest
 
 from matter.case import at_rest, formation_time
 from matter.case.body import Impact, Target
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from matter.errors import InputError
 from matter.particles import Particles
 from pipeline.case import keys
@@ -103,7 +103,7 @@ def test_they_are_no_keys(tmp_path):
     """They follow from ``[sph.materials]``: told nowhere else, or a changed value there would leave them behind."""
     case = cases.read(DART, "quick")
     settings = compose.compose(case)
-    assert all("densities" not in deciding(settings[stage]) for stage in STAGES)
+    assert all("densities" not in identity_fields(settings[stage]) for stage in STAGES)
     used.write(tmp_path / "case.used.toml", case, settings)
     assert "densities" not in (tmp_path / "case.used.toml").read_text()
     again = compose.compose(cases.read(tmp_path / "case.used.toml"))

@@ -148,9 +148,9 @@ def test_the_crater_is_measured_in_both_stages(run):
     measures = json.loads((run / "6_crater" / "measures.json").read_text())
     assert measures["final"]["depth_m"]["value"] > 2.0 * measures["final"]["depth_m"]["sigma"]
     assert measures["final"]["from"] == "grains"
-    assert measures["measured_with"]["sph"]["unrolled_about"][2] == pytest.approx(502.0, abs=1.0)
+    assert measures["measured_with"]["sph"]["flattened_about"][2] == pytest.approx(502.0, abs=1.0)
     grains = measures["measured_with"]["dem"]
-    assert "unrolled_about" not in grains and grains["datum"]["kind"] == "plane"
+    assert "flattened_about" not in grains and grains["datum"]["kind"] == "plane"
     facts = json.loads((run / "3_bed" / "bed_report.json").read_text())[PATCH]
     assert grains["gravity_m_s2"] == measures["measured_with"]["sph"]["gravity_m_s2"] == facts["gravity_m_s2"]
     assert measures["body"]["final"] == "sph"

@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 
 import bolide
-from matter.case.deciding import deciding
+from matter.case.identity_fields import identity_fields
 from matter.errors import InputError, Stopped
 from matter.files import archive
 from pipeline.case import read as cases
@@ -330,7 +330,7 @@ def test_the_sweep_of_the_thesis_is_the_matrix_of_its_claims(tmp_path):
     assert [member.name for member in made.members] == list(variants) and len(variants) == 27
     for name, request in made.requests.items():
         assert request.wanted == ("sph", "crater")
-        ours, theirs = (deciding(compose(case)["sph"]) for case in (request.case, variants[name].read()))
+        ours, theirs = (identity_fields(compose(case)["sph"]) for case in (request.case, variants[name].read()))
         assert ours == theirs, name
 
 

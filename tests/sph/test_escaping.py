@@ -65,7 +65,7 @@ def test_beta_goes_by_the_normal():
 
 def test_wells_are_those_of_the_direct_sum():
     position, _, mass, softening = ball([0.0])
-    found = tree.wells(position, mass, softening, 0.3)
+    found = tree.minus_potential(position, mass, softening, 0.3)
     some = [0, len(mass) // 2, len(mass) - 1]
     for i in some:
         r = np.sqrt(((position - position[i]) ** 2).sum(axis=1) + 1.0)

@@ -8,14 +8,14 @@ from typing import Annotated
 from fake_bed import Contact, write_grains
 
 from matter.case.body import Model
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.errors import UnphysicalState
 
 
 class Settings(Model):
     contact: Contact = Contact()
     failure: str = ""
-    ranks: Annotated[int, View()] = 1
+    ranks: Annotated[int, NotIdentity()] = 1
 
 
 def predict(settings: Settings) -> dict:

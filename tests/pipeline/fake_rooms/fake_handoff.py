@@ -11,7 +11,7 @@ from pydantic import Field
 
 from handoff.ledger import Ledger
 from matter.case.body import Model
-from matter.case.deciding import View
+from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import PositiveSpeed, PositiveTime
 from matter.errors import InputError, Unsound
 
@@ -22,7 +22,7 @@ class Settings(Model):
     alpha: float = 1.5
     control: str = "none"
     broken: bool = False
-    pictures: Annotated[bool, View()] = True
+    pictures: Annotated[bool, NotIdentity()] = True
     waive: dict[str, str] = Field(default_factory=dict)
 
 

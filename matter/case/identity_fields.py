@@ -1,4 +1,4 @@
-"""Which settings decide a result: what two runs must share to have the same outcome."""
+"""Settings that enter a stage's identity hash: two runs that share them have the same result."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from matter.case import quantity
 
 
 @dataclass(frozen=True)
-class View:
-    """Marks a setting that decides no result, in its annotation: what is only looked at (notes, pictures), predicted
-    or done elsewhere in the same way. Of a table that bears it the keys in ``but`` do decide."""
+class NotIdentity:
+    """Marks, in the annotation of a setting, that it does not change the result: notes, pictures, predictions. Of a
+    table with this mark only the keys in ``but`` enter the identity."""
 
     but: tuple[str, ...] = ()
 
 
-def deciding(value: Any) -> Any:
-    """What of settings decides a result, as plain JSON: without fields that bear ``View``, numbers in SI, texts that
-    are quantities as SI numbers.
+def identity_fields(value: Any) -> Any:
+    """The settings that decide a result, as plain JSON: without fields marked ``NotIdentity``, quantities as SI
+    numbers.
 
     Equal contents are equal settings, to the last bit of every number and however they were written.
     """
     if isinstance(value, BaseModel):
         return _of_model(value)
     if isinstance(value, Mapping):
-        return {str(key): deciding(item) for key, item in value.items()}
+        return {str(key): identity_fields(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [deciding(item) for item in value]
+        return [identity_fields(item) for item in value]
     if isinstance(value, str) and re.match(quantity.TEXT, value):
         try:
             return quantity.parse(value)
@@ -43,10 +43,10 @@ def deciding(value: Any) -> Any:
 def _of_model(model: BaseModel) -> dict[str, Any]:
     keys: dict[str, Any] = {}
     for name, entry in type(model).model_fields.items():
-        mark = next((item for item in entry.metadata if isinstance(item, View)), None)
+        mark = next((item for item in entry.metadata if isinstance(item, NotIdentity)), None)
         value = getattr(model, name)
         if mark is None:
-            keys[name] = deciding(value)
+            keys[name] = identity_fields(value)
         elif mark.but and value is not None:
-            keys[name] = {key: deciding(getattr(value, key)) for key in mark.but}
+            keys[name] = {key: identity_fields(getattr(value, key)) for key in mark.but}
     return keys

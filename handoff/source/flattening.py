@@ -1,9 +1,9 @@
-"""The shock stage's matter on an ellipsoid or mesh laid flat round the site, for a bed that is a patch of its ground
+"""The shock stage's matter on an ellipsoid or mesh flattened round the site, for a bed that is a patch of its ground
 (``dem.beds.patch``, whose gravity, density and depth the bed carries as its attribute ``patch``).
 
 Where the body stands at the time of a snapshot is found by its matter (``matter.solids.pose_tracker``), so that its
-rotation and its motion are taken off; then its ground is laid flat (``matter.solids.unrolled``). From there on all is
-as on flat ground. The snapshot that was handed over, as it was laid, is left in ``laid_flat.vtkhdf``.
+rotation and its motion are taken off; then its ground is flattened (``matter.solids.tangent_map``). From there on all
+is as on flat ground. The flattened snapshot is kept in ``laid_flat.vtkhdf``.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from matter.particles import Particles
 from matter.solids.body_shape import Shape
 from matter.solids.placed import PATCH
 from matter.solids.pose_tracker import PoseTracker
-from matter.solids.unrolled import Unrolled
+from matter.solids.tangent_map import TangentMap
 
 FILE = f"laid_flat{snapshot.SUFFIX}"
 _BEFORE = ("identity", "position", "mass", "layer", "state")
@@ -30,7 +30,7 @@ DATUM = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "surface of the
 
 
 class Patch:
-    """The ground of a body laid flat: as it stood in the snapshot ``before`` anything hit it, and the ``facts`` that
+    """The flattened ground of a body: as it stood in the snapshot ``before`` anything hit it, and the ``facts`` that
     the bed carries. Raises ``InputError`` where its surface cuts itself, or the facts lack something."""
 
     def __init__(self, target: Target, before: Particles, facts: Mapping[str, Any]):
@@ -39,9 +39,9 @@ class Patch:
         except KeyError as missing:
             raise InputError(f"the bed's attribute {PATCH!r} lacks {missing}") from None
         self.column = hydrostatic.uniform(self.gravity, density, depth)
-        self.ground = Unrolled(Shape(target.placed, target.axes), PoseTracker(before))
+        self.ground = TangentMap(Shape(target.placed, target.axes), PoseTracker(before))
 
-    def laid(self, particles: Particles) -> Particles:
+    def flattened(self, particles: Particles) -> Particles:
         """A snapshot as flat ground: the frame is ``plane``, what the body's own gravity was is left out."""
         known = {name: values for name, values in particles.items() if name != "gravity"}
         flat = self.ground.flattened(Particles(known, particles.attributes))
@@ -67,4 +67,4 @@ def of_bed(bed: Particles, target: Target | None, folder: Path) -> Patch | None:
 
 def to_bed(particles: Particles, region: Domain, patch: Patch | None) -> Particles:
     """A snapshot in the frame in which the bed lies."""
-    return turning.to_bed(particles, region) if patch is None else patch.laid(particles)
+    return turning.to_bed(particles, region) if patch is None else patch.flattened(particles)

@@ -10,7 +10,7 @@ import pytest
 from fixtures import grain_bodies
 from handoff import stage as handing
 from handoff.domains import domain
-from handoff.source import cloud_surface, laying
+from handoff.source import cloud_surface, flattening
 from handoff.transfer import bulking, ejecta
 from matter.errors import InputError
 from matter.geometry.rotation import rotation
@@ -47,7 +47,7 @@ def cloud() -> Particles:
 
 @pytest.fixture(scope="module")
 def patch():
-    return laying.Patch(BALL, cloud(), FACTS)
+    return flattening.Patch(BALL, cloud(), FACTS)
 
 
 def near(particles: Particles) -> Particles:
@@ -59,10 +59,10 @@ def near(particles: Particles) -> Particles:
 def test_ground_of_a_large_ball_keeps_its_place_but_for_what_its_curvature_makes(patch):
     """Heights rise by the fall of the ground below its tangent plane, s^2 / 2 R, and what lies |h| deep is wider apart
     by |h| / R."""
-    laid, true = near(patch.laid(cloud())).position, near(cloud()).position
-    s, h = np.hypot(laid[:, 0], laid[:, 1]), laid[:, 2]
+    flattened, true = near(patch.flattened(cloud())).position, near(cloud()).position
+    s, h = np.hypot(flattened[:, 0], flattened[:, 1]), flattened[:, 2]
     # heights between the points of the grid, and of triangles instead of the ball
-    off, grid = laid - (true - [0.0, 0.0, RADIUS]), CELL**2 / (8.0 * RADIUS)
+    off, grid = flattened - (true - [0.0, 0.0, RADIUS]), CELL**2 / (8.0 * RADIUS)
     assert (np.abs(off[:, 2]) < s**2 / (2.0 * RADIUS) + 4.0 * grid).all()
     assert off[s > 15.0, 2].mean() == pytest.approx((s[s > 15.0] ** 2).mean() / (2.0 * RADIUS), rel=0.15)
     # normals of the grid are off by half a cell over the radius
@@ -82,25 +82,25 @@ def test_what_flows_in_a_turning_body_has_its_energy_and_momentum_as_flat_ground
     moved = Particles(dict(still.items()), {**still.attributes, "time": 450.0})
     moved["position"] = still.position @ turn.T + 450.0 * drift
     moved["velocity"] = (np.cross(axis, still.position) + flow) @ turn.T + drift
-    laid = near(patch.laid(moved))
-    mass = laid.mass
+    flattened = near(patch.flattened(moved))
+    mass = flattened.mass
     known = flow[fine]
-    assert laid.position == pytest.approx(near(patch.laid(still)).position, abs=0.05)
-    energy = 0.5 * mass @ np.sum(laid.velocity**2, axis=1)
+    assert flattened.position == pytest.approx(near(patch.flattened(still)).position, abs=0.05)
+    energy = 0.5 * mass @ np.sum(flattened.velocity**2, axis=1)
     assert energy == pytest.approx(0.5 * mass @ np.sum(known**2, axis=1), rel=1e-5)
     # verticals part by a / R = 20 m / 448 m across the ground
-    up, normal = mass @ laid.velocity[:, 2], mass @ (known @ BALL.placed.normal)
+    up, normal = mass @ flattened.velocity[:, 2], mass @ (known @ BALL.placed.normal)
     assert up == pytest.approx(normal, rel=5e-3)
-    assert np.linalg.norm(mass @ laid.velocity[:, :2]) < 0.05 * normal
+    assert np.linalg.norm(mass @ flattened.velocity[:, :2]) < 0.05 * normal
     assert np.sum(mass) == pytest.approx(still.mass[fine].sum(), rel=1e-12)
 
 
 def test_it_is_flat_ground_from_there_on(patch):
-    laid = patch.laid(cloud())
-    assert laid.attributes["frame"] == "plane" and "gravity" not in laid
+    flattened = patch.flattened(cloud())
+    assert flattened.attributes["frame"] == "plane" and "gravity" not in flattened
     assert patch.column.flat and patch.column.surface_gravity == 1.5e-4
     assert patch.column.pressure_at(np.array([-15.0]))[0] == pytest.approx(1200.0 * 1.5e-4 * 15.0)
-    deep = near(laid)
+    deep = near(flattened)
     # a volume at the height h stands on an area larger by (1 + h / R)^2
     assert deep.density == pytest.approx(1200.0 * (1.0 + deep.position[:, 2] / RADIUS) ** 2, rel=0.01)
 
@@ -111,10 +111,10 @@ def test_ground_at_rest_is_not_loosened_by_the_curvature_of_its_body(patch):
     still = cloud()
     still["material"] = np.zeros(len(still), dtype=np.int32)
     still.attributes = {**still.attributes, **known}
-    laid = near(patch.laid(still))
-    share = laid.density / cloud_surface.reference_density(laid)
+    flattened = near(patch.flattened(still))
+    share = flattened.density / cloud_surface.reference_density(flattened)
     assert share == pytest.approx(1.0, abs=1e-12) and (bulking.radius_factor(share) == 1.0).all()
-    assert laid.density.min() < 0.97 * 1200.0  # as its volume is counted
+    assert flattened.density.min() < 0.97 * 1200.0  # as its volume is counted
 
 
 def test_what_flies_high_above_a_body_is_as_large_as_it_is(patch):
@@ -124,12 +124,12 @@ def test_what_flies_high_above_a_body_is_as_large_as_it_is(patch):
     high.attributes = {**high.attributes, "materials": ["rubble"], "reference_densities_kg_m3": [1200.0]}
     fine = np.flatnonzero(high.mass < 1e3)[:n]
     high["position"][fine] *= ((RADIUS + 200.0) / np.linalg.norm(high.position[fine], axis=1))[:, None]
-    laid = near(patch.laid(high))
-    up = np.flatnonzero(laid.position[:, 2] > 100.0)
-    assert len(up) == n and laid.density[up].min() > 1.4 * 1200.0
+    flattened = near(patch.flattened(high))
+    up = np.flatnonzero(flattened.position[:, 2] > 100.0)
+    assert len(up) == n and flattened.density[up].min() > 1.4 * 1200.0
     region = domain.read({"domain": BOWL, "frame": "plane"})
     bed = Particles({"position": np.array([[0.0, 0.0, -5.0]]), "mass": np.ones(1), "radius": np.ones(1)}, {})
-    flying = ejecta.from_source(laid, up, bed, 0.6, region, patch.column)
+    flying = ejecta.from_source(flattened, up, bed, 0.6, region, patch.column)
     known = np.cbrt(3.0 * 0.6 * 500.0 / (4.0 * np.pi * 1200.0))
     assert flying.density == pytest.approx(np.full(n, 1200.0)) and np.median(flying.radius) == pytest.approx(known)
 
@@ -137,9 +137,9 @@ def test_what_flies_high_above_a_body_is_as_large_as_it_is(patch):
 def test_a_bed_that_is_a_patch_needs_its_body_and_ground_laid_flat():
     bed = Particles({"position": np.zeros((1, 3))}, {PATCH: FACTS, "frame": "plane"})
     with pytest.raises(InputError, match="must say which"):
-        laying.of_bed(bed, None, None)
+        flattening.of_bed(bed, None, None)
     with pytest.raises(InputError, match="lacks 'depth_m'"):
-        laying.Patch(BALL, cloud(), {"gravity_m_s2": 1.5e-4, "density_kg_m3": 1200.0})
+        flattening.Patch(BALL, cloud(), {"gravity_m_s2": 1.5e-4, "density_kg_m3": 1200.0})
     bed.attributes["domain"] = BOWL
     with pytest.raises(InputError, match="lay the source flat"):
         handing.hand_over(cloud(), bed)

@@ -1,4 +1,4 @@
-"""The ground round the site of an impact laid flat, so that a crater on a body is measured by what measures one on
+"""Local tangent map: the ground round the impact site flattened, so that a crater on a body is measured like one on
 flat ground.
 
 With S the site, N the normal there and p the foot of a particle on the surface of before the impact, at the height h:
@@ -33,8 +33,8 @@ DEEP = 0.8
 _GRID = 40
 
 
-class Unrolled:
-    """The ground of a ``shape`` round its site, of a body whose particles stood as in ``tracker``."""
+class TangentMap:
+    """Map of the ground of a ``shape`` round its site, of a body whose particles stood as in ``tracker``."""
 
     def __init__(self, shape: Shape, tracker: PoseTracker):
         self.shape, self.tracker = shape, tracker
@@ -46,11 +46,11 @@ class Unrolled:
 
     @property
     def reach(self) -> float:
-        """Farthest distance along the ground that is laid flat [m]."""
+        """Farthest distance along the ground that is mapped [m]."""
         return float(self.distance(np.array([REACH * self.shape.solid.radius]))[0])
 
     @cached_property
-    def _of_chord(self) -> tuple[np.ndarray, np.ndarray]:
+    def _distance_ratio(self) -> tuple[np.ndarray, np.ndarray]:
         """Chords [m], and the distances of equal area over them."""
         radius = self.shape.solid.radius
         points = self.shape.surface_points(lambda position: np.full(len(position), 0.03 * radius))
@@ -61,14 +61,14 @@ class Unrolled:
 
     def distance(self, chord: np.ndarray) -> np.ndarray:
         """Distance along the flat ground [m] of points at a ``chord`` (n,) [m] from the site."""
-        grid, ratio = self._of_chord
+        grid, ratio = self._distance_ratio
         # from a tangent at the site to the first chord that points tell apart
         return chord * np.interp(chord, np.concatenate([[0.0], grid]), np.concatenate([[1.0], ratio]))
 
     def flat(self, position: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Flat coordinates (n, 3) [m] of positions (n, 3) about the body as it stood before the impact, and their
         chords."""
-        foot = self.shape.under(position)
+        foot = self.shape.nearest_point(position)
         away = foot.position - self.site
         chord = np.linalg.norm(away, axis=1)
         azimuth = np.arctan2(away @ self.second, away @ self.first)
@@ -76,7 +76,7 @@ class Unrolled:
         return np.column_stack([s * np.cos(azimuth), s * np.sin(azimuth), foot.height]), chord
 
     def flattened(self, particles: Particles) -> Particles:
-        """The ground of a snapshot laid flat: positions, velocities against the body, and volumes (by ``radius`` or
+        """The flattened ground of a snapshot: positions, velocities against the body, and volumes (by ``radius`` or
         ``density``); what is far from the site or deep below it is left out. ``widening`` is added, by which volumes
         were divided: ``density / widening`` is that of the matter.
 
@@ -116,7 +116,7 @@ class Unrolled:
 
     def _turned(self, position: np.ndarray, vector: np.ndarray) -> np.ndarray:
         """Vectors (n, 3) at ``position`` with the local normal turned onto z, by the shortest way from the site's."""
-        n = self.shape.under(position).normal
+        n = self.shape.nearest_point(position).normal
         up = np.einsum("ij,ij->i", vector, n)
         across = vector - up[:, None] * n
         # shortest turn of n onto N, of a vector that lies across n
