@@ -22,8 +22,7 @@ from crater.measures import blanket
 from crater.pages import report
 from crater.pages.one_snapshot import measure_snapshot
 from crater.pictures import plot
-from crater.results import choices, handover, on_bodies, rest, series, soundness, tables, thrown_out
-from crater.results.choices import Choices
+from crater.results import handover, measurement_config, on_bodies, rest, series, soundness, tables, thrown_out
 from crater.results.findings import (
     LATE_SHOCK,
     Ejected,
@@ -36,6 +35,7 @@ from crater.results.findings import (
     judged,
     with_chain_errors,
 )
+from crater.results.measurement_config import MeasurementConfig
 from crater.scaling import crater_size as scaling
 from crater.scaling import melt as melt_scaling
 from crater.settings import Published, Settings
@@ -128,7 +128,7 @@ def _with_origins(findings: Findings) -> Findings:
     if findings.grains is None or last is None:
         return findings
     transient = volume.measures if volume is not None and volume.stage == "sph" else None
-    seen = findings.grains.choices.seen(snapshot.read(last.path))
+    seen = findings.grains.config.seen(snapshot.read(last.path))
     origin = settled_matter.facts(seen, last.measures, transient, findings.setting.event.mass)
     if findings.setting.shape is not None and findings.setting.patch is None:  # the far side is not laid flat
         origin.pop("over_projectile_mass", None)
@@ -183,19 +183,19 @@ def _patch(inputs: Path) -> Mapping[str, Any] | None:
     return facts
 
 
-def _choices(
+def _config(
     setting: Setting, datum: Datum, before: Path | None, reach: float | None, ground: TangentMap | None
-) -> Choices:
-    """What the measuring of one stage stands on: lengths in expected transient diameters."""
+) -> MeasurementConfig:
+    """The measurement configuration of one stage; its lengths are in expected transient diameters."""
     size, chosen = setting.settings.impact.expected_transient_diameter, setting.settings
-    return Choices(
+    return MeasurementConfig(
         datum, before, setting.gravity, chosen.rise_limit_over_diameter * size,
-        None if reach is None else reach * size, choices.WITHIN * size,
+        None if reach is None else reach * size, measurement_config.WITHIN * size,
         chosen.sectors, chosen.seed, ground=ground,
     )  # fmt: skip
 
 
-def _laid_flat(setting: Setting, before: Path | None) -> TangentMap | None:
+def _tangent_map(setting: Setting, before: Path | None) -> TangentMap | None:
     if setting.shape is None:
         return None
     if before is None:
@@ -211,7 +211,7 @@ def _follow_shock(setting: Setting, shots: Sequence[Path], heard: Callable[[Path
     """Every snapshot of the shock stage measured, the transient crater and the last snapshot once more by all methods,
     and the ejecta."""
     reasons: dict[str, str] = {}
-    chosen = _choices(setting, setting.datum, shots[0], choices.REACH, _laid_flat(setting, shots[0]))
+    chosen = _config(setting, setting.datum, shots[0], measurement_config.REACH, _tangent_map(setting, shots[0]))
     start = chosen.ground_before()
     moments = series.follow(shots[1:], "sph", chosen, start, heard)
     largest, grows = series.transient(moments)
@@ -329,8 +329,8 @@ def _measure_grains(
     before = bed if bed.is_file() else None
     # the grains of a patch lie in flat ground already
     whole = setting.shape is not None and setting.patch is None
-    ground, reach = (_laid_flat(setting, before), choices.REACH) if whole else (None, None)
-    chosen = _choices(setting, grain_datum(particles, setting.datum), before, reach, ground)
+    ground, reach = (_tangent_map(setting, before), measurement_config.REACH) if whole else (None, None)
+    chosen = _config(setting, grain_datum(particles, setting.datum), before, reach, ground)
     start = chosen.ground_before()
     moments = tuple(series.follow(settled, "dem", chosen, start, heard))
     reasons: dict[str, str] = {}

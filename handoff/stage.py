@@ -178,7 +178,7 @@ def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
 def _measuring(
     source: Particles, region: domains.Domain, patch: flattening.Patch | None = None, impact: Impact | None = None
 ) -> dict[str, Any]:
-    """What a crater in the grains is measured against (``crater.results.choices``): as in the shock stage, over the
+    """How a crater in the grains is measured (``crater.results.measurement_config``): as in the shock stage, over the
     bed's datum and against the settled bed."""
     carried = source.attributes.get("measuring")
     if patch is not None and impact is not None:

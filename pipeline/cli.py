@@ -158,12 +158,12 @@ def _fly_ejecta(
 
     def action() -> int:
         from nbody import launches
-        from pipeline.commands import flown_page
+        from pipeline.commands import ejecta_fates_page
 
         angles = zip((latitude, longitude, azimuth), ("--latitude", "--longitude", "--azimuth"))
         site = launches.Site(*(quantity(text, "rad", option) for text, option in angles))
         code = launches.command(ejecta, body, site, quantity(duration, "s", "--duration"), seed, out)
-        return flown_page.show(ejecta, out) if code == 0 and ejecta.is_dir() else code
+        return ejecta_fates_page.show(ejecta, out) if code == 0 and ejecta.is_dir() else code
 
     guarded(action)
 

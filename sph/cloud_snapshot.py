@@ -62,7 +62,7 @@ def particles(
 
 
 def measuring(settings: Settings, column: bodies.Profile | grounds.Ground, radius: float) -> dict[str, Any]:
-    """What a crater in these snapshots is measured against (``crater.results.choices``): datum, gravity, expected
+    """How a crater in these snapshots is measured (``crater.results.measurement_config``): datum, gravity, expected
     size, and the ground before the impact."""
     size = settings.impact.expected_transient_diameter
     datum: dict[str, Any] = {"kind": "plane", "centre_m": [0.0, 0.0, 0.0], "source": "undisturbed ground"}

@@ -22,7 +22,7 @@ import numpy as np
 
 from crater.ejecta import ballistic
 from crater.measures.measure import Measures
-from crater.results import choices
+from crater.results import measurement_config
 from matter.errors import InputError
 from matter.files import snapshot
 from studies.case_runs import run
@@ -37,7 +37,7 @@ def measured(path: Path) -> Measures:
     """The crater in a snapshot, on the choices of the run that it comes from. Raises ``InputError`` where none is
     found."""
     particles = snapshot.read(path)
-    known = choices.of_snapshot(path, particles.attributes)
+    known = measurement_config.of_snapshot(path, particles.attributes)
     if known is None:
         raise InputError(f"{path} does not say what it is measured against")
     return known.measured(particles, known.ground_before(), str(path))
@@ -154,7 +154,7 @@ def evaluated(row: Row, folder: Path) -> list[str]:
 def main() -> int:
     """Run, check or evaluate a row; the largest exit code of its runs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("row", nargs="?", choices=list(ROWS))
+    parser.add_argument("row", nargs="?", measurement_config=list(ROWS))
     parser.add_argument(
         "--out", type=Path, default=Path("runs/sci"), help="folder of the runs and of the book of what was run"
     )

@@ -56,12 +56,12 @@ def momentum_exchange(before: BodyState, after: BodyState, brought: np.ndarray) 
     p = after.particles
     momentum = p.mass[:, None] * (p.velocity - whole.mass @ whole.velocity / whole.mass.sum())
     target = p.layer >= 0 if "layer" in p else np.ones(len(p), dtype=bool)
-    gone = ~after.bound
+    escaped = ~after.bound
     return Exchange(
         np.asarray(brought, dtype=float),
         momentum[after.bound].sum(axis=0),
-        np.sqrt(np.sum(momentum[gone] ** 2, axis=0)),
+        np.sqrt(np.sum(momentum[escaped] ** 2, axis=0)),
         float(p.mass[after.bound].sum()),
-        float(p.mass[gone].sum()),
+        float(p.mass[escaped].sum()),
         float(p.mass[target & ~after.body].sum()),
     )

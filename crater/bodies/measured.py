@@ -112,8 +112,8 @@ def body_mass_kg(compared: BodyComparison) -> Pair:
     p = compared.before.particles
     target = p.layer >= 0 if "layer" in p else np.ones(len(p), dtype=bool)
     one, two = float(p.mass[target].sum()), compared.moved.mass
-    gone = compared.after.particles.mass[~compared.after.bound]
-    counting = {"counting": float(np.sqrt(np.sum(gone**2)))}
+    escaped = compared.after.particles.mass[~compared.after.bound]
+    counting = {"counting": float(np.sqrt(np.sum(escaped**2)))}
     return Pair(
         quantity(one, {}, "kg"), quantity(two, counting, "kg"), quantity(two - one, counting, "kg")
     )  # fmt: skip
@@ -139,8 +139,8 @@ def spin_period_s(compared: BodyComparison) -> Pair:
 
 def _of_what_left(compared: BodyComparison) -> float:
     """Error of the rotation [1/s] by counting the particles which took angular momentum with them."""
-    p, gone = compared.after.particles, ~compared.after.bound
-    spin = p.mass[gone, None] * np.cross(p.position[gone], p.velocity[gone])
+    p, escaped = compared.after.particles, ~compared.after.bound
+    spin = p.mass[escaped, None] * np.cross(p.position[escaped], p.velocity[escaped])
     held = compared.after.particles.select(compared.after.body)
     moments = pose_tracker.inertia(held.position - held.mass @ held.position / held.mass.sum(), held.mass)
     return float(np.linalg.norm(np.linalg.solve(moments, np.sqrt(np.sum(spin**2, axis=0)))))
@@ -241,16 +241,16 @@ def ejected_mass_kg(compared: BodyComparison) -> Quantity:
 
 def escaping_mass_kg(compared: BodyComparison) -> Quantity:
     """All that is unbound and moves outwards."""
-    gone = compared.after.particles.mass[~compared.after.bound]
-    return quantity(compared.moved.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
+    escaped = compared.after.particles.mass[~compared.after.bound]
+    return quantity(compared.moved.escaping, {"counting": float(np.sqrt(np.sum(escaped**2)))}, "kg")
 
 
 def pair_escaping_mass_kg(compared: BodyComparison) -> Quantity:
     """What of it leaves the companion too; its error as that of what leaves the body."""
     if compared.moved_pair is None:
         return Quantity(None, None, "kg", NO_COMPANION)
-    gone = compared.after.particles.mass[~compared.after.bound]
-    return quantity(compared.moved_pair.escaping, {"counting": float(np.sqrt(np.sum(gone**2)))}, "kg")
+    escaped = compared.after.particles.mass[~compared.after.bound]
+    return quantity(compared.moved_pair.escaping, {"counting": float(np.sqrt(np.sum(escaped**2)))}, "kg")
 
 
 def _beta(compared: BodyComparison, direction: np.ndarray | None, moved: Exchange | None = None) -> Quantity:

@@ -94,13 +94,13 @@ def pair_exchange(orbit: Orbit, before: BodyState, after: BodyState, brought: np
     mass = p.mass[away]
     leaves = last.any(axis=1)
     momentum = mass[:, None] * last
-    gone = float(mass[leaves].sum())
+    escaped_mass = float(mass[leaves].sum())
     return Exchange(
         np.asarray(brought, dtype=float),
         brought - momentum.sum(axis=0),
         np.sqrt(np.sum(momentum**2, axis=0)),
-        orbit.mass + float(p.mass.sum()) - gone,
-        gone,
+        orbit.mass + float(p.mass.sum()) - escaped_mass,
+        escaped_mass,
         float(mass.sum()),
     )
 

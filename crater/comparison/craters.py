@@ -19,7 +19,7 @@ from crater.comparison import observations
 from crater.ground import radial_profile
 from crater.ground.datum import Datum
 from crater.ground.radial_profile import Profile
-from crater.results import choices, column_labels
+from crater.results import column_labels, measurement_config
 from matter.errors import InputError
 from matter.files import archive
 from matter.wording.crater_measures import COMPARED, MOMENTS
@@ -253,7 +253,7 @@ def _profile(folder: Path, key: str) -> Profile | None:
 def _add_site(crater: Crater, run: Path, entry: Mapping[str, Any]) -> None:
     """Snapshot and datum of a run's crater, where its measures name them."""
     if isinstance(entry.get("datum"), Mapping):
-        crater.datum = choices.datum_of(entry["datum"])
+        crater.datum = measurement_config.datum_of(entry["datum"])
     named = [entry["snapshot"]] if "snapshot" in entry else ["5_dem/last.vtkhdf", "2_sph/last.vtkhdf"]
     crater.snapshot = next((run / name for name in named if (run / name).is_file()), None)
 

@@ -151,7 +151,7 @@ def _colouring(particles: Particles, film: _Film) -> sections.Colouring | None:
         and bed is not None
         and {"identity"} <= set(bed) & set(particles)
     ):
-        return sections.depth_of_origin(deepest, lambda grains: sections.places_of(grains, bed))
+        return sections.depth_of_origin(deepest, lambda grains: sections.bed_positions(grains, bed))
     known: dict[str, tuple[Callable[[], sections.Colouring], str]] = {
         "damage": (sections.damage, "damage"),
         "pressure": (sections.pressure, "pressure"),
@@ -202,7 +202,7 @@ def _frame(particles: Particles, film: _Film, time: float) -> np.ndarray:
     return np.asarray(fig.canvas.buffer_rgba())[:, :, :3].copy()
 
 
-def endings() -> tuple[str, ...]:
+def movie_formats() -> tuple[str, ...]:
     """What a movie can be written as on this machine: a GIF always, an MP4 with imageio-ffmpeg."""
     return (".gif", ".mp4") if drawing.has("imageio_ffmpeg") else (".gif",)
 
@@ -218,7 +218,7 @@ def write(run: Path, path: Path | Sequence[Path], half: float | None = None, col
     for entry in paths:
         if entry.suffix not in (".gif", ".mp4"):
             raise InputError(f"a movie is a .gif or an .mp4, not {entry.name}")
-        if entry.suffix not in endings():
+        if entry.suffix not in movie_formats():
             raise InputError(
                 f"an .mp4 needs the package imageio-ffmpeg ({drawing.INSTALL}); a .gif needs matplotlib only"
             )

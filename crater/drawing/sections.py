@@ -115,7 +115,7 @@ def depth_of_origin(deepest: float, origin: Callable[[Particles], np.ndarray] | 
     )
 
 
-def places_of(grains: Particles, before: Particles) -> np.ndarray:
+def bed_positions(grains: Particles, before: Particles) -> np.ndarray:
     """Places [m] of the same grains in the settled bed, by their ``identity``; NaN for grains that came as ejecta."""
     order = np.argsort(before.identity)
     known = before.identity[order]
@@ -125,7 +125,7 @@ def places_of(grains: Particles, before: Particles) -> np.ndarray:
     return positions
 
 
-def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
+def positions_before(particles: Particles, bed: Path) -> np.ndarray | None:
     """Places [m] of particles before the impact, NaN for those of the projectile and for ejecta; None where files do
     not say.
 
@@ -139,7 +139,7 @@ def places_before(particles: Particles, bed: Path) -> np.ndarray | None:
     if "identity" not in particles or not bed.is_file():
         return None
     before = snapshot.read(bed, only=("identity", "position"))
-    return places_of(particles, before) if "identity" in before else None
+    return bed_positions(particles, before) if "identity" in before else None
 
 
 def speed(fastest: float) -> Colouring:

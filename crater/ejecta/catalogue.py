@@ -71,22 +71,22 @@ def ejecta_catalogue(
         new = ~seen & (height > above) & (up > 0.0)
         seen |= new
         kept = _bodies(frame.mass[~seen], frame.layer[~seen])
-        flown = ejecta_flight.flight(
+        flights = ejecta_flight.flight(
             datum, gravity, escape_speed, datum.local(frame.position[new]), frame.velocity[new] @ axes.T
         )
         now = float(frame.attributes.get("time", np.nan))
         upward = (
-            flown.position / np.linalg.norm(flown.position, axis=1)[:, None]
+            flights.position / np.linalg.norm(flights.position, axis=1)[:, None]
             if datum.is_sphere
             else np.array([0, 0, 1.0])
         )
-        speed = np.linalg.norm(flown.velocity, axis=1)
-        rise = (flown.velocity * upward).sum(axis=1)
+        speed = np.linalg.norm(flights.velocity, axis=1)
+        rise = (flights.velocity * upward).sum(axis=1)
         parts.append(
             (
-                np.flatnonzero(new), datum.outside(flown.position), now - flown.since, flown.velocity @ axes, speed,
-                np.arcsin(np.clip(rise / np.maximum(speed, 1e-300), -1.0, 1.0)), frame.mass[new], frame.layer[new],
-                flown.fate, datum.outside(flown.landing), now + flown.until,
+                np.flatnonzero(new), datum.outside(flights.position), now - flights.since, flights.velocity @ axes,
+                speed, np.arcsin(np.clip(rise / np.maximum(speed, 1e-300), -1.0, 1.0)), frame.mass[new],
+                frame.layer[new], flights.fate, datum.outside(flights.landing), now + flights.until,
             )
         )  # fmt: skip
     return Catalogue._make([*(np.concatenate(column) for column in zip(*parts)), total, kept])

@@ -59,17 +59,17 @@ def facts(
     last.need("initial_position", "mass", "layer", "position")
     fates = catalogues.where(found, crater, radius)
     out = (found.layer >= 0) & (fates[catalogues.BEYOND] | fates[catalogues.ESCAPES])
-    gone = out & (found.time <= until)
-    if not gone.any():
+    ejected = out & (found.time <= until)
+    if not ejected.any():
         raise InputError("nothing of the target was thrown out of the crater")
-    rows, mass = found.number[gone], found.mass[gone]
+    rows, mass = found.number[ejected], found.mass[ejected]
     first = last.initial_position[rows]
     depth, away = -ground.polar(first)[2], crater.polar(first)[0]
     result: dict[str, Any] = {
         "mass_kg": float(mass.sum()),
-        "particles": int(gone.sum()),
+        "particles": int(ejected.sum()),
         "until_s": until,
-        "later_kg": float(found.mass[out & ~gone].sum()),
+        "later_kg": float(found.mass[out & ~ejected].sum()),
         "share": FRACTION,
         "depth_m": quantile(depth, mass, FRACTION),
         "depth_half_m": quantile(depth, mass, 0.5),
@@ -84,7 +84,7 @@ def facts(
             "share": quantile(peak, mass, FRACTION),
             "largest": float(peak.max()),
         }
-    away_now = np.where(fates[catalogues.ESCAPES], np.inf, catalogues.distance(found, crater))[gone]
+    away_now = np.where(fates[catalogues.ESCAPES], np.inf, catalogues.distance(found, crater))[ejected]
     result["blanket"] = _blanket(away_now / radius, depth / (2.0 * radius), mass, last, rows)
     return {**result, "rim": turned(last, ground, crater, radius)}
 

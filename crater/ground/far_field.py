@@ -235,7 +235,7 @@ def _outside(ground: Relief, radius: float) -> tuple[np.ndarray, float]:
     return np.isfinite(ring_mean(ground.cell)) & (ground.columns.distance > inner), inner
 
 
-def tells_datum(ground: Relief, radius: float) -> bool:
+def constrains_datum(ground: Relief, radius: float) -> bool:
     """Whether the ground outside a hollow of this ``radius`` [m] reaches far enough to tell its blanket from its
     datum."""
     wide = _edge(ground) >= NARROWEST * _crest(ground, radius)
@@ -249,11 +249,11 @@ def refit(
     passing through the crater.
 
     A sphere's ``centre`` and radius are kept where given. A ``rough`` fit, for a datum that is still far off, takes
-    the far ground as bare; so does one of ground that ends too close to the crater (``tells_datum``), and where there
-    is none outside the rim the datum stays. ``errors`` of the result are the ways in which it may be off.
+    the far ground as bare; so does one of ground that ends too close to the crater (``constrains_datum``), and where
+    there is none outside the rim the datum stays. ``errors`` of the result are the ways in which it may be off.
     """
     outside, inner = _outside(ground, radius)
-    bare = rough or not tells_datum(ground, radius)
+    bare = rough or not constrains_datum(ground, radius)
     if bare:
         outside = outermost(ground, radius)
     if outside.sum() < 2:

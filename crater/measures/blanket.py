@@ -61,12 +61,12 @@ def leaving_ground(
     )
 
 
-def _lost(particles: Particles, gone: np.ndarray, projectile_momentum: np.ndarray | None) -> dict[str, float]:
+def _lost(particles: Particles, escaping: np.ndarray, projectile_momentum: np.ndarray | None) -> dict[str, float]:
     foreign = particles.layer < 0 if "layer" in particles else np.zeros(len(particles), dtype=bool)
-    momentum = (particles.mass[gone, None] * particles.velocity[gone]).sum(axis=0)
+    momentum = (particles.mass[escaping, None] * particles.velocity[escaping]).sum(axis=0)
     result = {
-        "target_mass_kg": float(particles.mass[gone & ~foreign].sum()),
-        "projectile_mass_kg": float(particles.mass[gone & foreign].sum()),
+        "target_mass_kg": float(particles.mass[escaping & ~foreign].sum()),
+        "projectile_mass_kg": float(particles.mass[escaping & foreign].sum()),
         **{f"momentum_{axis}": float(p) for axis, p in zip("xyz", momentum)},
     }
     if projectile_momentum is not None:

@@ -124,7 +124,7 @@ def measure_scene(
     """
     ground, radius = _settle(scene, refit, sectors, turns, methods)
     if refit is not None:
-        if radius > 0.0 and not far_field.tells_datum(ground, radius):
+        if radius > 0.0 and not far_field.constrains_datum(ground, radius):
             return _none(ground, profile_of(ground), {}, _narrow(ground, radius))
         level = Quantity(None, None, "m", "the datum is fitted to the ground around the crater")
         return read_off(ground, radius, ground.datum.errors, level, seed, {})

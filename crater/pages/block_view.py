@@ -41,7 +41,7 @@ def of_findings(findings: Findings, title: str) -> str:
         data(
             last.measures,
             particles,
-            sections.places_before(particles, findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"),
+            sections.positions_before(particles, findings.inputs / "3_bed" / f"bed{snapshot.SUFFIX}"),
         ),
         title,
     )

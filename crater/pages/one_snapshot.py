@@ -1,5 +1,5 @@
-"""The crater in one snapshot (the command ``measure_crater``): on the choices of the run that it comes from, or on
-those that are given."""
+"""The crater in one snapshot (the command ``measure_crater``): with the measurement configuration of its run, or with
+the one that is given."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ from crater.measures import chain
 from crater.measures.measure import Measures, Quantity, measure
 from crater.pages import report
 from crater.pictures import plot
-from crater.results import choices, tables
-from crater.results.choices import Choices
+from crater.results import measurement_config, tables
+from crater.results.measurement_config import MeasurementConfig
 from matter.compilation import jit
 from matter.errors import InputError
 from matter.files import archive, snapshot
@@ -44,7 +44,7 @@ def _measured(
     path: Path, datum: str | None, datum_radius: float | None, centre: Point | None, out: Path | None
 ) -> int:
     particles = snapshot.read(path)
-    known = choices.of_snapshot(path, particles.attributes)
+    known = measurement_config.of_snapshot(path, particles.attributes)
     folder = archive.check_folder(Path(out) if out is not None else _results_folder(path))
     given = [
         f"--{name}"
@@ -86,14 +86,14 @@ def _content(measures: Measures, path: Path, time: Any, said: list[str]) -> dict
         **measures.as_dict(), "time_s": Quantity(float(time or 0.0), 0.0, "s").as_dict(), "from": path.name,
         "settled": False,
         "state": "one snapshot", "settled_reason": "one snapshot cannot tell whether the crater is at "
-                                                   "rest", "datum": choices.datum_facts(measures.datum),
+                                                   "rest", "datum": measurement_config.datum_facts(measures.datum),
     }  # fmt: skip
     return {"final": entry, "transient": {}, "reference": [], "single_snapshot": True, "stands_on": said}
 
 
 def _on_own_datum(
     particles: Particles,
-    known: Choices | None,
+    known: MeasurementConfig | None,
     datum: str | None,
     radius: float | None,
     centre: Point | None,
@@ -111,13 +111,13 @@ def _on_own_datum(
     return measure(particles, kind, None, search, centre=centre, datum_radius=radius, what=what)
 
 
-def _said(known: Choices) -> list[str]:
+def _said(known: MeasurementConfig) -> list[str]:
     lines = [f"measured as its run does: {known.words()}"]
     lines.append(f"{chain.KNOWN if known.chain else chain.UNKNOWN}")
     return lines + [f"not at hand: {what}; the numbers are not quite those of the run" for what in known.unknown]
 
 
-def _overridden(known: Choices | None, given: list[str]) -> list[str]:
+def _overridden(known: MeasurementConfig | None, given: list[str]) -> list[str]:
     if known is None:
         how = f"{', '.join(given)} given" if given else "datum fitted to the far field"
         return [f"the snapshot does not say how its run measured: {how}, nothing is taken to be in flight"]

@@ -173,18 +173,17 @@ def _named(findings: Findings) -> str:
 
 
 def _ballistic_words(findings: Findings) -> str:
-    flown = findings.ballistic
-    assert flown is not None
-    m = flown.measures
+    ballistic_crater = findings.ballistic
+    assert ballistic_crater is not None
+    m = ballistic_crater.measures
     last = findings.final
     final = last.measures["diameter_apparent_m"].value if last is not None else None
     return (
-        f"Ballistic crater (every particle of the snapshot of {readable.clock(flown.time)} in free flight, mass "
-        f"balanced in rings; "
-        "neither collapse nor compaction): "
+        f"Ballistic crater (every particle of the snapshot of {readable.clock(ballistic_crater.time)} in free flight, "
+        "mass balanced in rings; neither collapse nor compaction): "
         f"apparent diameter {shown(m.get('diameter_apparent_m'))}, depth {shown(m.get('depth_m'))}, volume "
         f"{shown(m.get('volume_m3'))}. "
-        + ballistic.words(flown, final, f"{_named(findings)} ({last.origin if last is not None else ''})")
+        + ballistic.words(ballistic_crater, final, f"{_named(findings)} ({last.origin if last is not None else ''})")
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from crater.pages import flown
+from crater.pages import ejecta_fates
 from crater.results.findings import Findings
 from crater.scaling import melt
 from crater.shock import phases, release, settled_matter
@@ -28,7 +28,7 @@ def all_parts(findings: Findings, out: Path) -> list[str]:
         decay(findings.shock.decay, findings.soundness.get("planar_limit_Pa")),
         excavated(ejected.excavation, projectile, out),
         fates(ejected.fates),
-        flown.slot() if ejected.fates else "",
+        ejecta_fates.slot() if ejected.fates else "",
         settled(findings.settled_matter, out),
     ]
 

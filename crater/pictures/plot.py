@@ -146,9 +146,16 @@ def draw_profiles(findings: Findings, path: Path) -> None:
     for measures, colour, label in lines:
         _profile_line(axis, measures.profile, scale, colour, label)
     if findings.ballistic is not None:
-        flown, when = findings.ballistic.profile, readable.clock(findings.ballistic.time)
+        ballistic_profile, when = findings.ballistic.profile, readable.clock(findings.ballistic.time)
         label = f"ballistic: free flight of the snapshot of {when}, no grains"
-        axis.plot(flown.radius * scale, flown.height * scale, color="0.35", linewidth=1.2, linestyle=":", label=label)
+        axis.plot(
+            ballistic_profile.radius * scale,
+            ballistic_profile.height * scale,
+            color="0.35",
+            linewidth=1.2,
+            linestyle=":",
+            label=label,
+        )
     if lines and moment is not None and moment.measures is not None:
         _mark(axis, moment.measures, scale, INK[1])
     _published_box(axis, findings, scale)

@@ -128,7 +128,7 @@ def draw_grains_in_time(findings: Findings, path: Path) -> None:
     elif bed.is_file() and "identity" in panels[0][1]:
         start = snapshot.read(bed, only=("identity", "position"))
         if "identity" in start:
-            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: sections.places_of(grains, start)))
+            rows.append(sections.depth_of_origin(0.6 * half, lambda grains: sections.bed_positions(grains, start)))
     if "velocity" in panels[0][1]:
         fastest = max(float(np.quantile(np.linalg.norm(p.velocity, axis=1), 0.99)) for _, p in panels)
         rows.append(sections.speed(max(fastest, 1e-9)))

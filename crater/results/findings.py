@@ -18,7 +18,7 @@ from crater.ground.datum import Datum
 from crater.measures import chain
 from crater.measures.measure import Measures, Quantity
 from crater.results import column_labels, series
-from crater.results.choices import Choices
+from crater.results.config import MeasurementConfig
 from crater.results.rest import UNKNOWN, Rest
 from crater.scaling import crater_size as scaling
 from crater.settings import ChainError, Settings
@@ -104,7 +104,7 @@ class ShockFindings:
     end_path: Path
     last: LastCrater | None
     ejected: Ejected
-    choices: Choices
+    config: MeasurementConfig
     reasons: Mapping[str, str]
     molten: Mapping[str, Any] = field(default_factory=dict)
     decay: Mapping[str, Any] = field(default_factory=dict)
@@ -115,13 +115,13 @@ class ShockFindings:
 
 @dataclass(frozen=True)
 class GrainFindings:
-    """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``choices``
+    """The settled grains: every snapshot measured, the ``last`` one (None where it could not be), the ``config``
     behind it, ``reasons`` for what is not, where the ``matter`` of the last one came from
     (``crater.shock.settled_matter``), and the grains as they ``began``, right after the handover."""
 
     moments: tuple[series.Moment, ...]
     last: LastCrater | None
-    choices: Choices
+    config: MeasurementConfig
     reasons: Mapping[str, str]
     matter: Mapping[str, Any] = field(default_factory=dict)
     began: series.Moment | None = None
@@ -213,11 +213,9 @@ class Findings:
         return self.settled_grains or self.late_sph
 
     @property
-    def choices(self) -> dict[str, Choices]:
-        """What the measuring of each stage (sph, dem) stands on."""
-        return {
-            name: stage.choices for name, stage in (("sph", self.shock), ("dem", self.grains)) if stage is not None
-        }
+    def configs(self) -> dict[str, MeasurementConfig]:
+        """The measurement configuration of each stage (sph, dem)."""
+        return {name: stage.config for name, stage in (("sph", self.shock), ("dem", self.grains)) if stage is not None}
 
     @property
     def reasons(self) -> dict[str, str]:

@@ -1,6 +1,6 @@
 """The crater right before and right after the handover, by one definition of ground (``crater.ground.cloud.GROUND``):
 in the snapshot of the shock stage that was handed over and in the grains that took over, each measured closely on the
-choices of its stage.
+configuration of its stage.
 
     change = after - before        sigma^2 = sigma_before^2 + sigma_after^2
 
@@ -21,7 +21,7 @@ from crater.bodies.body_comparison import Pair
 from crater.ground.surface import Undisturbed
 from crater.measures.measure import Quantity
 from crater.results import series
-from crater.results.choices import Choices
+from crater.results.measurement_config import MeasurementConfig
 from crater.results.series import Moment
 from matter.files import archive, snapshot
 from matter.wording.crater_measures import BY_NAME, COLUMNS, UNITS
@@ -45,7 +45,7 @@ def shock_snapshot(inputs: Path, shots: Sequence[Path]) -> Path | None:
     return shots[nearest] if off[nearest] <= _SAME_TIME * abs(float(handed)) else None
 
 
-def closely(path: Path | None, stage: str, chosen: Choices, start: Undisturbed | None) -> Moment | None:
+def closely(path: Path | None, stage: str, chosen: MeasurementConfig, start: Undisturbed | None) -> Moment | None:
     """The crater in a snapshot, measured by all methods; None where there is no such file."""
     if path is None or not path.is_file():
         return None

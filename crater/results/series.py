@@ -14,7 +14,7 @@ from crater.ground import cloud as clouds
 from crater.ground import locate
 from crater.ground.surface import Undisturbed
 from crater.measures.measure import Measures, measure_scene
-from crater.results.choices import Choices
+from crater.results.measurement_config import MeasurementConfig
 from matter.errors import InputError
 from matter.files import archive, snapshot
 from matter.wording.crater_measures import COLUMNS, MAXIMA
@@ -44,11 +44,11 @@ class Moment:
 def follow(
     paths: Iterable[Path],
     stage: str,
-    chosen: Choices,
+    chosen: MeasurementConfig,
     before: Undisturbed | None,
     heard: Callable[[Path], None] | None = None,
 ) -> list[Moment]:
-    """Measure every snapshot of a stage on the same choices and against the same undisturbed target, by two
+    """Measure every snapshot of a stage with one configuration and against the same undisturbed target, by two
     methods."""
     moments = []
     for path in paths:
@@ -124,7 +124,7 @@ def transient(moments: Sequence[Moment]) -> tuple[dict[str, Moment], list[str]]:
     return maxima, growing
 
 
-def again(moment: Moment, chosen: Choices, before: Undisturbed | None) -> Moment:
+def again(moment: Moment, chosen: MeasurementConfig, before: Undisturbed | None) -> Moment:
     """The same moment measured as a single snapshot is: by all four methods, until neither centre nor datum moves."""
     particles = snapshot.read(moment.path)
     try:

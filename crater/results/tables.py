@@ -11,7 +11,7 @@ from crater.bodies import body_findings as bodies
 from crater.ejecta import catalogue, size_classes
 from crater.ground import radial_profile
 from crater.measures.measure import Measures, Quantity
-from crater.results import choices, handover, series
+from crater.results import handover, measurement_config, series
 from crater.results.findings import LATE_SHOCK, Findings, final_entry, time_of
 from matter.files import archive, snapshot
 from matter.wording.crater_measures import MOMENTS
@@ -36,14 +36,14 @@ def measures_json(findings: Findings) -> dict[str, Any]:
                 "stage": moment.stage,
                 "growing": key in findings.growing,
                 "snapshot": moment.path.relative_to(findings.inputs).as_posix(),
-                "datum": choices.datum_facts(moment.measures.datum),
+                "datum": measurement_config.datum_facts(moment.measures.datum),
             }
     default = transient.get("at_maximum_volume", {"reason": findings.reasons.get("transient", "not measured")})
     final: dict[str, Any] = {"reason": findings.reasons.get("final", "not measured")}
     last, late = findings.final, findings.late_sph
     if last is not None:
         position = {
-            "datum": choices.datum_facts(last.measures.datum),
+            "datum": measurement_config.datum_facts(last.measures.datum),
             "snapshot": last.path.relative_to(findings.inputs).as_posix(),
         }
         final = {**last.measures.as_dict(), **final_entry(last), **position}
@@ -52,7 +52,7 @@ def measures_json(findings: Findings) -> dict[str, Any]:
         "final": final,
         "reference": findings.compared.reference,
     }
-    content["measured_with"] = {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.choices.items()}
+    content["measured_with"] = {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.configs.items()}
     if engine := _engine_of(findings.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
     if findings.soundness:

@@ -34,7 +34,7 @@ RIM, BLANKET, LENS = "rim", "blanket", "breccia lens"
 FRACTIONS = {"melting_fraction": "begins to melt", "melt_fraction": "molten", "vapour_fraction": "vapour"}
 """Fields of grains that are fractions above critical pressures, and what they are called."""
 PARTS = ("inside", "outside", "in flight", "gone")
-RESTING, FLYING, GONE = 0, 1, 2
+RESTING, FLYING, REMOVED = 0, 1, 2
 
 
 def facts(grains: Particles, final: Measures, transient: Measures | None, projectile_mass: float) -> dict[str, Any]:
@@ -68,7 +68,7 @@ def facts(grains: Particles, final: Measures, transient: Measures | None, projec
     if "melt_fraction" in grains and projectile_mass > 0.0 and len(unknown) < len(names):
         where = {
             PARTS[0]: rests & (away < radius), PARTS[1]: rests & (away >= radius),
-            PARTS[2]: state == FLYING, PARTS[3]: state == GONE,
+            PARTS[2]: state == FLYING, PARTS[3]: state == REMOVED,
         }  # fmt: skip
         found["over_projectile_mass"] = {
             field: {part: _summed(grains, field, rows, projectile_mass) for part, rows in where.items()}

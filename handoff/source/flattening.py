@@ -49,8 +49,8 @@ class Patch:
         return flat
 
     def measuring(self, size: float) -> dict[str, Any]:
-        """What a crater in the grains is measured against (``crater.results.choices``); ``size`` [m] is that of the
-        expected crater."""
+        """Datum and gravity for measuring a crater in the grains (``crater.results.measurement_config``); ``size`` [m]
+        is that of the expected crater."""
         return {"datum": DATUM, "gravity_m_s2": self.gravity, "expected_transient_diameter_m": size}
 
 

@@ -306,7 +306,7 @@ def _draw_movie(run: Path, field: str) -> None:
     from pipeline.store import view
 
     name = "movie" if field == "material" else f"movie_{field}"
-    paths = [run / "6_crater" / f"{name}{ending}" for ending in movie.endings()]
+    paths = [run / "6_crater" / f"{name}{ending}" for ending in movie.movie_formats()]
     note = "" if len(paths) > 1 else f" (for an .mp4: {drawing.INSTALL})"
     with view.owned(run, "crater"):
         print(f"{movie.write(run, paths, colour=field)} frames: {', '.join(map(str, paths))}{note}")

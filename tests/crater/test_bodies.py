@@ -14,7 +14,7 @@ from crater.bodies import body_findings, body_report, levels, measured
 from crater.bodies.body_comparison import BodyComparison, Pair
 from crater.bodies.body_findings import Body
 from crater.ground import datum, locate
-from crater.results.choices import Choices
+from crater.results.measurement_config import MeasurementConfig
 from crater.settings import Settings
 from fixtures import grain_bodies as bodies
 from fixtures import synthetic_craters as synthetic
@@ -132,7 +132,7 @@ def test_a_crater_has_its_measures_within_their_errors_wherever_it_lies(site):
     away = np.linalg.norm(foot.position - [0.0, 0.0, placed.height], axis=1)
     before, after = every.select(foot.height < 0.0), every.select(foot.height < profile(away))
     ground = TangentMap(shape, PoseTracker(before))
-    chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
+    chosen = MeasurementConfig(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     # a body that was hit has turned and flies on
     turned = bodies.moved(after, _turn([0.3, -0.5, 0.2]), np.array([30.0, -500.0, 7.0]))
@@ -153,7 +153,7 @@ def test_a_hollow_narrower_than_ten_radii_is_not_resolved(even):
     cut = bodies.Cut(shape.placed, 14.0, 6.0)
     after = before.select(~cut.inside(before.position))
     ground = TangentMap(shape, PoseTracker(before))
-    chosen = Choices(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
+    chosen = MeasurementConfig(datum.plane(), None, 1e-4, 50.0, 75.0, 20.0, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater = chosen.measured(after, flat, "the body")
     seen = look_at(before, after, shape)

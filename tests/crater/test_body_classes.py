@@ -15,7 +15,7 @@ from crater.bodies.body_findings import Body
 from crater.bodies.height_map import HeightMap
 from crater.ground import datum, locate
 from crater.measures.measure import Measures
-from crater.results.choices import Choices
+from crater.results.measurement_config import MeasurementConfig
 from fixtures import grain_bodies as bodies
 from fixtures import solids
 from fixtures import synthetic_craters as synthetic
@@ -51,7 +51,7 @@ def body():
 def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40.0) -> tuple[str, str]:
     """Class and reason as the stage finds them, of a case that expects a transient crater of this ``size`` [m]."""
     ground = TangentMap(shape, PoseTracker(before))
-    chosen = Choices(datum.plane(), None, 1e-4, 50.0, 2.5 * size, 0.5 * size, ground=ground)
+    chosen = MeasurementConfig(datum.plane(), None, 1e-4, 50.0, 2.5 * size, 0.5 * size, ground=ground)
     flat = locate.ground_before(ground.flattened(before), chosen.datum, chosen.reach, chosen.sectors)
     crater: Measures | None = None
     try:

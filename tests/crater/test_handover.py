@@ -11,7 +11,7 @@ import pytest
 
 from crater.ground import datum
 from crater.results import handover
-from crater.results.choices import Choices
+from crater.results.measurement_config import MeasurementConfig
 from fixtures import synthetic_craters as synthetic
 from matter.files import snapshot
 from matter.particles import Particles
@@ -46,7 +46,7 @@ def test_the_snapshot_that_was_handed_over_is_the_one_at_that_time(run, tmp_path
 
 
 def test_both_sides_and_their_change(run):
-    chosen = Choices(datum.plane(), None, 1.6, 300.0, None, 2.0 * RIM)
+    chosen = MeasurementConfig(datum.plane(), None, 1.6, 300.0, None, 2.0 * RIM)
     before = handover.closely(handover.shock_snapshot(run, shots(run)), "sph", chosen, None)
     after = handover.closely(run / handover.START, "dem", chosen, None)
     found = handover.facts(before, after, run)
@@ -61,7 +61,7 @@ def test_both_sides_and_their_change(run):
 
 
 def test_nothing_is_said_where_one_side_is_missing(run):
-    chosen = Choices(datum.plane(), None, 1.6, 300.0, None, 2.0 * RIM)
+    chosen = MeasurementConfig(datum.plane(), None, 1.6, 300.0, None, 2.0 * RIM)
     assert handover.closely(run / "4_handoff" / "none.vtkhdf", "dem", chosen, None) is None
     after = handover.closely(run / handover.START, "dem", chosen, None)
     assert handover.facts(None, after, run) == {} and handover.changes(after, None) == {}

@@ -55,7 +55,7 @@ def test_the_last_state_is_the_last_frame_however_many_there_are(tmp_path, monke
 def test_one_drawing_goes_to_both_files(tmp_path):
     imageio_ffmpeg = pytest.importorskip("imageio_ffmpeg")
     write(tmp_path / "2_sph", (0.0, 1.0, 2.0))
-    assert movie.endings() == (".gif", ".mp4")
+    assert movie.movie_formats() == (".gif", ".mp4")
     assert movie.write(tmp_path, [tmp_path / "m.gif", tmp_path / "m.mp4"], 2.0) == 3
     count, _ = imageio_ffmpeg.count_frames_and_secs(str(tmp_path / "m.mp4"))
     assert count == 3 and (tmp_path / "m.gif").stat().st_size > 0

@@ -44,7 +44,7 @@ def drawn(turned=True, seed=5, count=30_000):
     within = z / 10.0  # 0 at the bottom of the blanket, 1 at its top
     depth = np.where(blanket, 4.0 + 12.0 * (within if turned else 1.0 - within), np.where(fill, 5.0, -z))
     state = np.zeros(n)
-    state[:100], state[100:150] = settled_matter.FLYING, settled_matter.GONE
+    state[:100], state[100:150] = settled_matter.FLYING, settled_matter.REMOVED
     foreign = fill & (np.arange(n) % 4 == 0)
     peak = np.where(fill, 50e9, np.where(blanket, 2e9, 1e8))
     fields = {

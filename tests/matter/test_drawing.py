@@ -63,7 +63,7 @@ def test_what_needs_a_library_names_it(without, tmp_path):
         movie.write(tmp_path, tmp_path / "movie.gif")
     with pytest.raises(InputError, match="a mesh needs pyvista"):
         drawing.require("a mesh", "pyvista")
-    assert movie.endings() == (".gif",)
+    assert movie.movie_formats() == (".gif",)
 
 
 def test_with_the_libraries_nothing_is_said():

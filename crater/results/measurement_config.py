@@ -1,6 +1,6 @@
-"""What a measuring stands on: the datum, the ground before the impact, what counts as in flight, how far to look. One
-crater measured twice on the same choices gives the same numbers; the stage keeps its own in ``measures.json``, and
-every snapshot of a run carries enough to make them again."""
+"""Configuration of a crater measurement: the datum, the ground before the impact, the limit of what counts as in
+flight, the search radius. One crater measured twice with the same configuration gives the same numbers; the stage
+keeps its own in ``measures.json``, and every snapshot of a run carries enough to reproduce it."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ ATTRIBUTE = "measuring"
 
 
 @dataclass(frozen=True)
-class Choices:
+class MeasurementConfig:
     """``before``: snapshot of the undisturbed ground; ``gravity`` [m/s^2], ``rise_limit`` [m], ``reach`` [m] (None: as
     far as the cloud goes), ``within`` [m].
 
-    ``unknown``: what a measuring on these choices lacks against that of its run, in words.
+    ``unknown``: inputs of the run's own measurement that are missing here, in words.
     """
 
     datum: Datum
@@ -70,7 +70,7 @@ class Choices:
         return locate.ground_before(particles, self.datum, self.reach, self.sectors)
 
     def measured(self, particles: Particles, before: Undisturbed | None, what: str) -> Measures:
-        """Measure ``particles`` on these choices, with the ground ``before`` as ``ground_before`` gave it. Raises
+        """Measure ``particles``, with the ground ``before`` as ``ground_before`` gave it. Raises
         ``InputError`` as ``measure``."""
         return self.told(measure(self.seen(particles), self.datum, before, self.search, what=what))
 
@@ -94,7 +94,7 @@ class Choices:
         }  # fmt: skip
 
     def words(self) -> str:
-        """The choices as one line for people."""
+        """The configuration as one line of text."""
         ground = "heights over the bare datum"
         if self.before is not None:
             ground = f"heights against the ground before the impact ({self.before.parent.name}/{self.before.name})"
@@ -128,8 +128,8 @@ def datum_of(facts: Mapping[str, Any]) -> Datum:
     return replace(datum, axes=(first, second, third))  # type: ignore[arg-type]
 
 
-def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
-    """The choices behind a snapshot: those of the run that it lies in, else those that it carries; None for a snapshot
+def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> MeasurementConfig | None:
+    """The configuration for a snapshot: that of the run that it lies in, else the one it carries; None for a snapshot
     that says nothing of the kind. Raises ``InputError`` for one of an ellipsoid or mesh."""
     path = Path(path)
     if attributes.get("frame") == "solid":
@@ -138,7 +138,7 @@ def of_snapshot(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     return _of_run(path, stage) or _of_attributes(path, attributes)
 
 
-def _of_run(path: Path, stage: str) -> Choices | None:
+def _of_run(path: Path, stage: str) -> MeasurementConfig | None:
     """What the run's own crater stage chose for its snapshots of a stage, where it has run."""
     run = path.parent.parent
     file = run / "6_crater" / "measures.json"
@@ -148,7 +148,7 @@ def _of_run(path: Path, stage: str) -> Choices | None:
         return None
     before = run / facts["before"] if facts["before"] else None
     missing = () if before is None or before.is_file() else (f"the ground before the impact ({facts['before']})",)
-    return Choices(
+    return MeasurementConfig(
         datum_of(facts["datum"]), before if not missing else None, float(facts["gravity_m_s2"]),
         float(facts["rise_limit_m"]), facts["reach_m"],
         float(facts["within_m"]), int(facts["sectors"]), int(facts["seed"]), missing,
@@ -175,7 +175,7 @@ def _chain_of(measures: Mapping[str, Any], name: str) -> dict[str, float]:
     return {}
 
 
-def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
+def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> MeasurementConfig | None:
     """What the snapshot itself carries, with the stage's defaults for the rest."""
     carried = attributes.get(ATTRIBUTE)
     if not isinstance(carried, Mapping):
@@ -185,7 +185,7 @@ def _of_attributes(path: Path, attributes: Mapping[str, Any]) -> Choices | None:
     before = Path(os.path.normpath(path.parent / str(carried["before"])))
     missing = () if before.is_file() else (f"the ground before the impact ({carried['before']} beside it)",)
     whole = attributes.get("stage") == "sph"
-    return Choices(
+    return MeasurementConfig(
         datum_of(carried["datum"]), before if not missing else None, float(carried["gravity_m_s2"]), RISE_LIMIT * size,
         REACH * size if whole else None,
         WITHIN * size, unknown=missing,

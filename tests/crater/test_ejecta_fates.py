@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from crater.pages import flown, report_matter
+from crater.pages import ejecta_fates, report_matter
 from matter.errors import InputError
 from tests import pages
 
@@ -27,7 +27,7 @@ FOUND = {
 
 
 def test_it_says_mass_by_fate_and_when_where_and_how_fast():
-    words = flown.section(FOUND)
+    words = ejecta_fates.section(FOUND)
     row = words[words.index("falls back") : words.index("hits Europa")]
     assert all(part in row for part in ("6 kg", "0.25 kg", "3 h (10.0 min to 5 days)", "30 km (2 km to 400 km)"))
     hit = words[words.index("hits Europa") : words.index("leaves")]
@@ -37,9 +37,11 @@ def test_it_says_mass_by_fate_and_when_where_and_how_fast():
 
 def test_it_stands_on_the_page_once_where_the_fates_of_free_flight_end(tmp_path):
     report = tmp_path / "report.html"
-    report.write_text(pages.document("A", ["<h2>Where the ejecta end</h2>", flown.slot(), "<h2>References</h2>"]))
-    flown.show(report, FOUND)
-    flown.show(report, {**FOUND, "particles": 41})
+    report.write_text(
+        pages.document("A", ["<h2>Where the ejecta end</h2>", ejecta_fates.slot(), "<h2>References</h2>"])
+    )
+    ejecta_fates.show(report, FOUND)
+    ejecta_fates.show(report, {**FOUND, "particles": 41})
     text = report.read_text()
     assert text.count("among other bodies") == 1 and "41 launches" in text and "40 launches" not in text
     assert text.index("Where the ejecta end<") < text.index("among other bodies") < text.index("References")
@@ -48,11 +50,11 @@ def test_it_stands_on_the_page_once_where_the_fates_of_free_flight_end(tmp_path)
 def test_a_page_without_a_place_has_it_at_its_end(tmp_path):
     report = tmp_path / "report.html"
     report.write_text(pages.document("A", ["<h2>References</h2>"]))
-    flown.show(report, FOUND)
+    ejecta_fates.show(report, FOUND)
     text = report.read_text()
     assert text.index("References") < text.index("among other bodies") < text.index("</body>")
     with pytest.raises(InputError, match="is missing"):
-        flown.show(tmp_path / "none.html", FOUND)
+        ejecta_fates.show(tmp_path / "none.html", FOUND)
 
 
 def test_the_crater_page_leaves_a_place_for_it(monkeypatch):
@@ -67,5 +69,5 @@ def test_the_crater_page_leaves_a_place_for_it(monkeypatch):
         parts = report_matter.all_parts(
             SimpleNamespace(shock=shock, ejected=ejected, setting=event, soundness={}, settled_matter={}), None
         )
-        assert parts.count(flown.slot()) == count
-        assert not count or parts[parts.index("FATES") + 1] == flown.slot()
+        assert parts.count(ejecta_fates.slot()) == count
+        assert not count or parts[parts.index("FATES") + 1] == ejecta_fates.slot()

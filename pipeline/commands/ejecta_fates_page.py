@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import nullcontext
 from pathlib import Path
 
-from crater.pages import flown
+from crater.pages import ejecta_fates
 from matter.errors import InputError
 from matter.files import archive
 from pipeline.store import view
@@ -17,7 +17,7 @@ def show(run: Path, out: Path) -> int:
     report = run / "6_crater" / "report.html"
     try:
         with view.owned(run, "crater") if report.is_file() else nullcontext():
-            flown.show(report, archive.read_json(out / "ejecta_fates.json"))
+            ejecta_fates.show(report, archive.read_json(out / "ejecta_fates.json"))
     except InputError as reason:
         print(reason)
     else:

@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from crater.pages import flown
+from crater.pages import ejecta_fates
 from matter.files import archive
 from pipeline import cli
 from tests import pages
@@ -39,7 +39,7 @@ def test_the_page_of_the_run_shows_the_fates_and_that_of_the_store_does_not(tmp_
     stored.mkdir(parents=True), run.mkdir()
     catalogue(stored / "ejecta.h5")
     (stored / "done.json").write_text('{"stage": "crater"}')
-    (stored / "report.html").write_text(pages.document("A", ["before", flown.slot(), "behind"]))
+    (stored / "report.html").write_text(pages.document("A", ["before", ejecta_fates.slot(), "behind"]))
     (run / "6_crater").symlink_to("../.store/crater-1")
     assert fly(monkeypatch, run, "--out", out, "--duration", "50 day") == 0
     text = (run / "6_crater" / "report.html").read_text()

@@ -13,7 +13,7 @@ from matter.errors import InputError
 from matter.files import archive
 from matter.wording import page, readable
 
-TEMPLATE = "crater/pages/templates/flown.html.j2"
+TEMPLATE = "crater/pages/templates/ejecta_fates.html.j2"
 
 
 def slot(content: str = "") -> str:
