@@ -14,9 +14,9 @@ gets other axes. A hollow of apparent diameter D takes the fraction of the surfa
 
 and no longer is the hollow of a crater where q reaches sin^2(``WIDEST`` / 2) = 0.146, that is D = 0.77 times the
 diameter of the ball of that surface. The flattened ground ends at some 80 deg (``tangent_map.REACH``): beyond
-``WIDEST`` less ground lies round a hollow than its own radius, and a diameter of it is no measure (a bowl of 180 m on a
-body of 149 m read as 64 m). Half of the rocky bodies carry a crater as wide as their mean radius (Thomas 1999, Icarus
-142, 89): 29 deg, far below.
+``WIDEST`` less ground lies round a hollow than its own radius, and a diameter of it is no measure (a bowl of 180 m
+on a body of 149 m read as 64 m). Half of the rocky bodies carry a crater as wide as their mean radius (Thomas 1999,
+Icarus 142, 89): 29 deg, far below.
 
     reshaped       spread > sin^2(WIDEST / 2), or a hollow with q above that; or no hollow, but an axis changed by more
                    than ``SURE`` times its error and by more than the error of a change of height, or more than

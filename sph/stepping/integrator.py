@@ -223,7 +223,7 @@ class Integrator:
             cloud.strain_rate[:] = self.rates.strain_rate
         self.external_budget.evaluate(cloud, self.rates, self.edge)
         if self.edge is not None:
-            self.edge.freeze_energy(cloud, self.rates)
+            self.edge.zero_rates(cloud, self.rates)
         if self.environment.turns_freely:
             self._remove_net_torque()
 
