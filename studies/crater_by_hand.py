@@ -39,10 +39,10 @@ def envelope(position: np.ndarray, radius: np.ndarray, columns: np.ndarray) -> n
     heights = np.full(len(columns), np.nan)
     for k, (x, y) in enumerate(columns):
         who = np.array(near[k], dtype=int)
-        apart = (position[who, 0] - x) ** 2 + (position[who, 1] - y) ** 2
-        under = apart < radius[who] ** 2
+        square_distance = (position[who, 0] - x) ** 2 + (position[who, 1] - y) ** 2
+        under = square_distance < radius[who] ** 2
         if under.any():
-            heights[k] = np.max(position[who[under], 2] + np.sqrt(radius[who[under]] ** 2 - apart[under]))
+            heights[k] = np.max(position[who[under], 2] + np.sqrt(radius[who[under]] ** 2 - square_distance[under]))
     return heights
 
 

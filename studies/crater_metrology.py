@@ -173,7 +173,7 @@ def main() -> None:
         rows.append(
             {
                 key: f"{value:.6g}" if isinstance(value, float) else value
-                for key, value in row_of(trials.draw(seed, (low, high))).items()
+                for key, value in row_of(trials.random_trial(seed, (low, high))).items()
             }
         )
         if file is not None:

@@ -167,10 +167,10 @@ def main() -> None:
         header="arc_m," + ",".join(n.replace(", ", " ") for n in found),
         comments="",
     )
-    draw(found, width, given.out / "profiles.png")
+    draw_profiles(found, width, given.out / "profiles.png")
 
 
-def draw(found: dict, width: float, path: Path) -> None:
+def draw_profiles(found: dict, width: float, path: Path) -> None:
     """The profiles in one picture."""
     import matplotlib
 

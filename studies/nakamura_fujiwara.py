@@ -48,12 +48,12 @@ def measure(run: Path) -> dict[str, Any]:
     used = tomllib.loads((run / "case.used.toml").read_text())
     choice = used["sph"].get("materials", {}).get("basalt", {})
     law = choice.get("damage") or material.choices("basalt").get("damage", DEFAULT)
-    shares, times, broken = [], [], []
+    fractions, times, broken = [], [], []
     for file in sorted((run / "2_sph").glob("snap_*.vtkhdf")):
         particles = snapshot.read(file)
         target = particles.layer >= 0
         times.append(float(particles.attributes["time"]))
-        shares.append(fragments.largest_fraction(particles))
+        fractions.append(fragments.largest_fraction(particles))
         broken.append(
             float(particles.mass[target & (particles.damage >= BROKEN)].sum() / particles.mass[target].sum())
         )
@@ -64,19 +64,19 @@ def measure(run: Path) -> dict[str, Any]:
     pieces = fragments.find(particles)
     report = json.loads((run / "2_sph" / "stage_report.json").read_text())
     spacing = quantity.parse(used["sph"]["spacing_at_impact"], "m")
-    within = lambda mine, share: float(np.percentile(speed[skin & mine], share))  # noqa: E731
+    within = lambda mine, fraction: float(np.percentile(speed[skin & mine], fraction))  # noqa: E731
     return {
         "run": run.name, "law": law, "seed": used["sph"]["seed"],
         "flaws": ", ".join(str(value) for value in choice.get("weibull", {}).values()),
         "set": used["sph"]["numerics"], "viscosity": [used["sph"]["alpha"], used["sph"]["beta"]],
         "numerics": odd(used["sph"]),
         "spacing_m": spacing, "particles": int(target.sum()), "steps": report["steps"],
-        "times_s": times, "largest": shares, "broken": broken,
+        "times_s": times, "largest": fractions, "broken": broken,
         "second": pieces[1].mass / float(particles.mass[target].sum()) if len(pieces) > 1 else 0.0,
         "fragments": len(pieces),
         "largest_speed_m_s": float(np.linalg.norm(pieces[0].velocity)) if pieces else 0.0,
-        "spall_m_s": [within(angle < NEAR, share) for share in (10, 50, 90)],
-        "antipode_m_s": [within(angle > 180.0 - NEAR, share) for share in (10, 50, 90)],
+        "spall_m_s": [within(angle < NEAR, fraction) for fraction in (10, 50, 90)],
+        "antipode_m_s": [within(angle > 180.0 - NEAR, fraction) for fraction in (10, 50, 90)],
         "peak_Pa": float(particles.peak_pressure[target].max()),
         "energy_drift": report["drift_over_projectile"]["energy_J"],
     }  # fmt: skip
@@ -193,8 +193,8 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
     import matplotlib.pyplot as plt
 
     shown = [row for row in rows if nominal(row) and row["seed"] == 1]
-    places = {path.parents[1].name: path.parent for path in folder.rglob("2_sph/done.json")}
-    cuts = [row for row in shown if row["set"] == DEFAULT_SET and row["run"] in places]
+    folders = {path.parents[1].name: path.parent for path in folder.rglob("2_sph/done.json")}
+    cuts = [row for row in shown if row["set"] == DEFAULT_SET and row["run"] in folders]
     figure, axes = plt.subplots(
         1, 1 + len(cuts), figsize=(5.0 * (1 + len(cuts)), 4.5), squeeze=False, layout="constrained"
     )
@@ -209,7 +209,7 @@ def picture(folder: Path, rows: list[dict[str, Any]], out: Path) -> None:
     axes[0, 0].set(xlabel="t [us]", ylabel="largest fragment over the target", ylim=(0, 1))
     axes[0, 0].legend(fontsize=5, ncols=2, loc="lower left", title="numerics (alpha, beta), particles")
     for panel, row in zip(axes[0, 1:], cuts):
-        particles = snapshot.read(places[row["run"]] / "last.vtkhdf")
+        particles = snapshot.read(folders[row["run"]] / "last.vtkhdf")
         cut = (np.abs(particles.position[:, 1]) < 0.5 * row["spacing_m"]) & (particles.layer >= 0)
         x = 100 * particles.position[cut]
         dots = panel.scatter(

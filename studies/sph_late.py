@@ -55,10 +55,10 @@ def main() -> None:
         print(json.dumps(row))
     given.out.mkdir(parents=True, exist_ok=True)
     (given.out / "late.json").write_text(json.dumps(table, indent=1))
-    draw(found, given.out / "diameter.png")
+    draw_late_stage(found, given.out / "diameter.png")
 
 
-def draw(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
+def draw_late_stage(found: dict[str, dict[str, np.ndarray]], path: Path) -> None:
     """Diameter and depth over time."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

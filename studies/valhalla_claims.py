@@ -93,7 +93,7 @@ def table(variants: list[sweep.Variant], out: Path, command: str) -> None:
         out / "claims.md", evidence.as_markdown(scores, "Published claims W50-W69 against the runs", command, settings)
     )
     archive.write_text(out / "claims.json", evidence.as_json(scores, command))
-    figures.draw(found, out / "figures_22_25.png")
+    figures.draw_figures(found, out / "figures_22_25.png")
     print((out / "claims.md").read_text())
 
 

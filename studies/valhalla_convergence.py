@@ -133,7 +133,7 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
     }
     archive.write_json(out / "convergence.json", content)
     if rows:
-        convergence.draw(rows, fits, out / "convergence.png", beside)
+        convergence.draw_convergence(rows, fits, out / "convergence.png", beside)
     print(text)
 
 

@@ -42,7 +42,7 @@ class _Test(NamedTuple):
     values: frozenset[tuple[str, str]]  # those that stand as the value of a keyword or of a key, with it
 
 
-def of(law: Path, listed: tuple[str, ...], keys: tuple[str, ...]) -> list[Check]:
+def checks_of_law(law: Path, listed: tuple[str, ...], keys: tuple[str, ...]) -> list[Check]:
     """The checks of the law file ``law``; ``listed`` the dotted names of its family's lists (``sph.eos.dispatch``),
     ``keys`` the words of a case that choose from it (``eos``)."""
     module = ".".join(law.relative_to(ROOT).with_suffix("").parts)

@@ -69,7 +69,7 @@ def names() -> list[str]:
     return [name for name in found if name not in NO_LAWS]
 
 
-def place(name: str) -> str:
+def page_path(name: str) -> str:
     """The page of a law, below ``reference/laws``."""
     return name.removeprefix("sph/").replace("dem/laws", "contacts")
 
@@ -91,9 +91,9 @@ def pages(prose: Callable[[str], str], html: Callable[[str], str]) -> dict[str, 
         for name in mine:
             doc = ast.get_docstring(tree(name)) or ""
             first = " ".join(doc.split("\n\n")[0].split())
-            parts.append(f"* {{doc}}`{title(name)} <laws/{place(name)}>`: {html(first)}")
-            made[f"laws/{place(name)}"] = page(name, kind, prose, html)
-        tree_of = "\n".join(f"{title(name)} <laws/{place(name)}>" for name in mine)
+            parts.append(f"* {{doc}}`{title(name)} <laws/{page_path(name)}>`: {html(first)}")
+            made[f"laws/{page_path(name)}"] = page(name, kind, prose, html)
+        tree_of = "\n".join(f"{title(name)} <laws/{page_path(name)}>" for name in mine)
         parts.append(f"::::{{toctree}}\n:hidden:\n\n{tree_of}\n::::")
     return {"laws": "\n\n".join(parts) + "\n"} | made
 
@@ -112,7 +112,7 @@ def page(name: str, kind: Kind, prose: Callable[[str], str], html: Callable[[str
     """The page of one law."""
     source = tree(name)
     doc = ast.get_docstring(source)
-    checks = law_checks.of(ROOT / f"{name}.py", kind.lists, kind.keys)
+    checks = law_checks.checks_of_law(ROOT / f"{name}.py", kind.lists, kind.keys)
     if not doc:
         raise ValueError(f"{name}.py says nothing at its top: a law without a docstring has no page")
     if not checks:
@@ -183,7 +183,7 @@ def told(checks: list[law_checks.Check], html: Callable[[str], str]) -> list[str
     return parts
 
 
-def draw(out: Path) -> dict[str, str]:
+def draw_laws(out: Path) -> dict[str, str]:
     """Draw every law below ``out`` and return the captions by law.
 
     In a process of its own, where the laws are plain Python: nothing is compiled for a picture. Raises ``ValueError``

@@ -54,7 +54,7 @@ def picture_of(name: str) -> Callable[[ModuleType, Any], str]:
     raise KeyError(f"{name}.py has no picture: add one to DRAWN of docs/site/pictures_*.py")
 
 
-def draw(name: str, path: Path) -> str:
+def draw_law(name: str, path: Path) -> str:
     """Draw one law into ``path`` and return its caption."""
     from matplotlib import pyplot
 
@@ -71,7 +71,7 @@ def main(out: Path) -> int:
     """The command; returns its exit code."""
     try:
         for name in law_pages.names():
-            print(name, draw(name, out / f"{law_pages.place(name)}.svg"), sep="\t")
+            print(name, draw_law(name, out / f"{law_pages.page_path(name)}.svg"), sep="\t")
     except KeyError as lacking:
         print(lacking.args[0], file=sys.stderr)
         return 1

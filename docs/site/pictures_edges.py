@@ -44,11 +44,11 @@ def _lattice(wide: int, deep: int) -> np.ndarray:
     return np.array(list(itertools.product(np.arange(wide) + 0.5, np.arange(deep) + 0.5)))
 
 
-def _sum(place: np.ndarray, others: np.ndarray) -> np.ndarray:
-    """The kernel sum (n,) of unit volumes at ``others`` about each ``place``, in a lattice that goes on along y."""
-    total = np.zeros(len(place))
+def _sum(position: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """The kernel sum (n,) of unit volumes at ``others`` about each ``position``, in a lattice that goes on along y."""
+    total = np.zeros(len(position))
     for y in range(-2, 3):
-        gap = np.sqrt(((place[:, None] - others[None]) ** 2).sum(axis=-1) + y * y)
+        gap = np.sqrt(((position[:, None] - others[None]) ** 2).sum(axis=-1) + y * y)
         total += np.array([[cubic_spline.kernel(g, SUPPORT_OF_ONE) for g in row] for row in gap]).sum(axis=1)
     return total
 
@@ -92,9 +92,9 @@ def edge(law: ModuleType, axes: Any) -> str:
 def images(law: ModuleType, axes: Any) -> str:
     """A corner of two walls, and a moving wall's images."""
     ground = _lattice(6, 6)
-    place = np.column_stack([ground[:, 0], np.zeros(len(ground)), ground[:, 1]])
+    position = np.column_stack([ground[:, 0], np.zeros(len(ground)), ground[:, 1]])
     seen = Images((*wall.planes(0, 0.0), *wall.planes(2, 0.0)))
-    beyond = seen.image_positions(place, np.full(len(place), 4.0))
+    beyond = seen.image_positions(position, np.full(len(position), 4.0))
     axes[0].plot(*ground.T, "C0o", ms=4)
     corner = (seen.sign[:, 0] < 0) & (seen.sign[:, 2] < 0)
     axes[0].plot(*beyond[~corner][:, [0, 2]].T, "o", mfc="none", mec="C1", ms=4, label="of one plane")

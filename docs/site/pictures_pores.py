@@ -84,10 +84,12 @@ def broken(law: ModuleType, axes: Any) -> str:
         axes[0].plot(alpha, root**3, f"C{k}", label=f"alpha0 = {start:g}")
     axes[0].set(xlabel="distention", ylabel="damage by crushing", xlim=(2.0, 1.0))
     axes[0].legend()
-    share = np.linspace(0.0, 1.0, 200)
+    fraction = np.linspace(0.0, 1.0, 200)
     for k, before in enumerate((0.0, 0.01, 0.1)):
-        roots = [compaction_damage.total(before ** (1 / 3), compaction_damage.root(1.5 - 0.5 * s, 1.5)) for s in share]
-        axes[1].plot(100 * share, np.array(roots) ** 3, f"C{k}", label=f"{before:g} by tension")
+        roots = [
+            compaction_damage.total(before ** (1 / 3), compaction_damage.root(1.5 - 0.5 * s, 1.5)) for s in fraction
+        ]
+        axes[1].plot(100 * fraction, np.array(roots) ** 3, f"C{k}", label=f"{before:g} by tension")
     axes[1].set(xlabel="pores closed [%]", ylabel="damage of both together")
     axes[1].legend()
     return (

@@ -133,8 +133,8 @@ def yield_law(law: ModuleType, axes: Any) -> str:
     grid = np.linspace(-0.15 * top, top, 200)
     unit, word = (1e9, "GPa") if top > 1e8 else (1e6, "MPa")
     for D in (0.0, 0.5, 1.0):
-        share = 1.0 if whole else 1.0 - D
-        limits = [share * strength.yield_stress(kind, row, P, 0.0, D) / unit for P in grid]
+        fraction = 1.0 if whole else 1.0 - D
+        limits = [fraction * strength.yield_stress(kind, row, P, 0.0, D) / unit for P in grid]
         axes[0].plot(grid / unit, limits, label=f"D = {D:g}")
     axes[0].set(xlabel=f"pressure [{word}]", ylabel=rf"$\sqrt{{3 J_2}}$ at yield [{word}]")
     axes[0].legend(title="damage")

@@ -54,10 +54,10 @@ def write(site: Path) -> None:
 
 def documents(site: Path) -> dict[str, str]:
     """Pages from documents: those of ``DOCUMENTS``, a page for each kept result and each shipped case."""
-    places = {ROOT / name: page for name, page in DOCUMENTS.items()}
+    page_of = {ROOT / name: page for name, page in DOCUMENTS.items()}
     for folder, kind in ((ROOT / "docs" / "results", "results"), (ROOT / "cases", "cases")):
-        places |= {file: f"{kind}/{file.parent.name}" for file in sorted(folder.glob("*/README.md"))}
-    pages = {page: linked(file, page, places, site) for file, page in places.items()}
+        page_of |= {file: f"{kind}/{file.parent.name}" for file in sorted(folder.glob("*/README.md"))}
+    pages = {page: linked(file, page, page_of, site) for file, page in page_of.items()}
     for kind in ("results", "cases"):
         listed = "\n".join(
             Path(page).name for page in pages if page.startswith(f"{kind}/") and not page.endswith("/index")
@@ -73,19 +73,19 @@ def documents(site: Path) -> dict[str, str]:
     return pages
 
 
-def linked(file: Path, page: str, places: dict[Path, str], site: Path) -> str:
+def linked(file: Path, page: str, page_of: dict[Path, str], site: Path) -> str:
     """A document whose links lead to pages of this site; a link to any other file becomes its name, pictures are taken
     from where they stand."""
 
     def turned(match: re.Match[str]) -> str:
         mark, words, target = match.groups()
-        place, _, anchor = target.partition("#")
-        if not place or re.match(r"[a-z]+:", target):
+        path, _, anchor = target.partition("#")
+        if not path or re.match(r"[a-z]+:", target):
             return match[0]
-        found = (file.parent / place).resolve()
+        found = (file.parent / path).resolve()
         if mark:
             return f"![{words}]({os.path.relpath(found, (site / page).parent)})"
-        at = places.get(found / "README.md" if found.is_dir() else found)
+        at = page_of.get(found / "README.md" if found.is_dir() else found)
         if found.suffix == ".md" and found.is_relative_to(site):
             at = found.relative_to(site).with_suffix("").as_posix()
         return f"[{words}](/{at}.md{'#' + anchor if anchor else ''})" if at else words
@@ -166,9 +166,9 @@ def _names(part: object, path: tuple[str, ...]) -> Iterable[str]:
 def laws(site: Path) -> dict[str, str]:
     """The pages of the laws, each with its picture, drawn now."""
     pages = law_pages.pages(prose, html)
-    captions = law_pages.draw(site / "reference" / "laws")
+    captions = law_pages.draw_laws(site / "reference" / "laws")
     for name in law_pages.names():
-        at = f"laws/{law_pages.place(name)}"
+        at = f"laws/{law_pages.page_path(name)}"
         pages[at] = pages[at].replace("@caption@", html(captions[name]))
     return pages
 

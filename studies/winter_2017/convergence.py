@@ -75,7 +75,7 @@ def _line(s: np.ndarray, q: np.ndarray, e: np.ndarray, order: float) -> tuple[np
     return coefficients * units, covariance * np.outer(units, units), chi2
 
 
-def draw(
+def draw_convergence(
     rows: list[Mapping[str, float]],
     fits: Mapping[str, Extrapolation],
     path: Path,

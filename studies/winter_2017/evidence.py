@@ -196,8 +196,8 @@ def within(ours: Value, published: float, plus: float, minus: float) -> bool | N
     """Whether they agree within both errors in quadrature; None where ours cannot be stated."""
     if not math.isfinite(ours.value):
         return None
-    apart = ours.value - published
-    return abs(apart) <= math.hypot(plus if apart > 0 else minus, ours.sigma)
+    difference = ours.value - published
+    return abs(difference) <= math.hypot(plus if difference > 0 else minus, ours.sigma)
 
 
 def ratio_of(a: Value, b: Value) -> Value:

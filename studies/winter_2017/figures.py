@@ -16,7 +16,7 @@ PUBLISHED, OURS, LITERAL = figures.INK[5], figures.INK[0], figures.INK[1]
 ANGLES = (("angle15", 15.0), ("base", 40.0), ("angle65", 65.0))
 
 
-def draw(runs: Mapping[str, Run], out: Path) -> None:
+def draw_figures(runs: Mapping[str, Run], out: Path) -> None:
     """One picture of four panels, written to ``out``; runs that are missing leave their points out."""
     figure = figures.figure(11.0, 8.2)
     panels = figure.subplots(2, 2)

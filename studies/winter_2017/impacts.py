@@ -27,7 +27,7 @@ def bookkeeping(e: Evidence) -> list[Score]:
     }
     direct = {name: int(((t["moon"] == moon) & (t["direct"] == 1)).sum()) for name, moon in MOONS.items()}
     c, g = counts["callisto"], counts["ganymede"]
-    share, error = c[0] / g[0], c[0] / g[0] * math.sqrt(1.0 / c[0] + 1.0 / g[0])
+    fraction, error = c[0] / g[0], c[0] / g[0] * math.sqrt(1.0 / c[0] + 1.0 / g[0])
     closed = all(n[0] == n[1] and n[2] == n[0] - direct[name] and n[3] == n[2] for name, n in counts.items())
     expected = {name: d * counts[name][0] / n for name, d, n in (("callisto", 24, 11703), ("ganymede", 39, 5574))}
     pull = {
@@ -43,8 +43,8 @@ def bookkeeping(e: Evidence) -> list[Score]:
               f"without a solution", "exact rule", "met",
               "the 43 are not reproduced: an entry always sees half of the places that hit"),
         Score("W22", "numbers of events", "C 11,703/11,660/11,679/11,679; G 5,574/5,574/5,535/5,535; C/G 2.10",
-              f"C {'/'.join(map(str, c))}; G {'/'.join(map(str, g))}; C/G {share:.2f} +- "
-              f"{error:.2f}", "ratio +-15 %", close(share, 2.10, 0.15)),
+              f"C {'/'.join(map(str, c))}; G {'/'.join(map(str, g))}; C/G {fraction:.2f} +- "
+              f"{error:.2f}", "ratio +-15 %", close(fraction, 2.10, 0.15)),
         Score("W23", "closure of events; direct collisions", "C 24 of 11,703; G 39 of 5,574",
               f"closes; C {direct['callisto']} (expected {expected['callisto']:.1f}), G {direct['ganymede']} "
               f"(expected {expected['ganymede']:.1f})",
@@ -68,10 +68,12 @@ def _against_table(e: Evidence, moon: str, number: int) -> tuple[float, float]:
     result = []
     for published, values in (("v_imp_km_s", hit["speed"] / 1e3), ("t_yr", hit["time"] / census_tables.YEAR)):
         order = np.argsort(values)
-        share = np.cumsum(weight[order]) / weight.sum()
+        fraction = np.cumsum(weight[order]) / weight.sum()
         sample = np.array([float(row[published]) for row in rows])
         result.append(
-            float(ks_1samp(sample, lambda x, v=values[order], s=share: np.interp(x, v, s, left=0.0, right=1.0)).pvalue)
+            float(
+                ks_1samp(sample, lambda x, v=values[order], s=fraction: np.interp(x, v, s, left=0.0, right=1.0)).pvalue
+            )
         )
     return result[0], result[1]
 

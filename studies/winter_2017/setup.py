@@ -113,7 +113,7 @@ def starts(_: Evidence) -> list[Score]:
 
     system = jovian("callisto")
     batch = conditions.batch(system, conditions.population("printed"), 1, 0)
-    place = np.linalg.norm(batch.state[:, :3] - batch.start.position[1], axis=1) / system.start_radius
+    position = np.linalg.norm(batch.state[:, :3] - batch.start.position[1], axis=1) / system.start_radius
     arrivals = int((fast.run(system, batch, 1.4 * conditions.YEAR).table["event"] == ENTRY).sum())
     mu, a = load("sun").gm, 5.2 * AU
     planet = math.sqrt(mu / a)
@@ -128,8 +128,8 @@ def starts(_: Evidence) -> list[Score]:
     v = np.abs((literal.state[:, 3:] - literal.start.velocity[1]) @ conditions.triad(literal.start).T).max(axis=0)
     return [
         Score("W16", "eq. 6: start between 95 % and 100 % of the Hill radius", "each coordinate +-(0.95 ... 1)",
-              f"as printed: {place.min():.2f}-{place.max():.2f} Hill radii, {arrivals} of {len(place)} reach a "
-              f"moon", "both implemented", "met",
+              f"as printed: {position.min():.2f}-{position.max():.2f} Hill radii, {arrivals} of {len(position)} reach "
+              f"a moon", "both implemented", "met",
               "populations 'printed' and 'literal'; the latter reads it as a shell, because as printed nothing "
               "arrives"),
         Score("W17", "largest tangential speed difference", "0.64; 0.67 km/s",

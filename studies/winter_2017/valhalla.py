@@ -159,13 +159,13 @@ def _vanishes(names: tuple[str, ...]) -> Callable[[Mapping[str, Run]], Finding]:
         told, errors, verdicts = [], [], []
         for name in names:
             run = runs[name]
-            H, end = run.transient("depth_m"), run.final_depth
-            share = ratio_of(end, H) if end.value > 0.0 else Value(0.0, end.sigma / H.value)
+            H, end, minutes = run.transient("depth_m"), run.final_depth, run.end_s / 60
+            fraction = ratio_of(end, H) if end.value > 0.0 else Value(0.0, end.sigma / H.value)
             told.append(
-                f"{name} {share.value:.2f} ({end.value * KM:.0f} of {H.value * KM:.0f} km at {run.end_s / 60:.0f} min)"
+                f"{name} {fraction.value:.2f} ({end.value * KM:.0f} of {H.value * KM:.0f} km at {minutes:.0f} min)"
             )
-            errors.append(f"{share.sigma:.2f}")
-            verdicts.append(share.value < 0.25 if math.isfinite(share.value) else None)
+            errors.append(f"{fraction.sigma:.2f}")
+            verdicts.append(fraction.value < 0.25 if math.isfinite(fraction.value) else None)
         met = None if None in verdicts else all(verdicts)
         return Finding(
             "; ".join(told), ", ".join(errors), met, "the shock stage alone; its broken ice has no friction"

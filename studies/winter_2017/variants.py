@@ -91,27 +91,27 @@ def measure(variant: Variant, out: Path) -> Path | None:
     }
     sources = b"".join(path.read_bytes() for path in sorted(reached) if path.parent in (room, Path(__file__).parent))
     key = hashlib.sha256(finished.encode() + folder.settings_text(settings).encode() + sources).hexdigest()
-    place = variant.measured(out)
-    if folder.record(place / folder.DONE).get("key") == key:
-        return place
-    place.mkdir(parents=True, exist_ok=True)
+    target = variant.measured(out)
+    if folder.record(target / folder.DONE).get("key") == key:
+        return target
+    target.mkdir(parents=True, exist_ok=True)
     run_folder = variant.run_folder(out)
-    stage.run(settings, _shock_only(run_folder, place), place)
+    stage.run(settings, _shock_only(run_folder, target), target)
     largest = (
-        json.loads((place / "measures.json").read_text())["transient"]
+        json.loads((target / "measures.json").read_text())["transient"]
         .get("at_maximum_volume", {})
         .get("diameter_apparent_m", {})
         .get("value")
     )
-    follow_run.write(run_folder, 0.5 * (largest or settings.impact.expected_transient_diameter), DAMAGE_AT, place)
-    archive.write_text(place / folder.DONE, json.dumps({"key": key, "run": run_folder.name}))
-    return place
+    follow_run.write(run_folder, 0.5 * (largest or settings.impact.expected_transient_diameter), DAMAGE_AT, target)
+    archive.write_text(target / folder.DONE, json.dumps({"key": key, "run": run_folder.name}))
+    return target
 
 
-def _shock_only(run_folder: Path, place: Path) -> Path:
+def _shock_only(run_folder: Path, target: Path) -> Path:
     """A folder that holds the run's shock stage alone: a late stage of grains, where there is one, is not what a sweep
     compares."""
-    view = place / "run"
+    view = target / "run"
     view.mkdir(exist_ok=True)
     link = view / stages.folder(run_folder, "sph").name
     link.unlink(missing_ok=True)

@@ -23,7 +23,7 @@ def table(seeds, sphere: bool, **how) -> dict[str, np.ndarray]:
     """Rows (found, sigma, true, spacing) of every draw, per measure; NaN where none was stated."""
     rows: dict[str, list] = {name: [] for name in NAMES}
     for seed in seeds:
-        drawn = drawn_craters.draw(seed, sphere, **how)
+        drawn = drawn_craters.drawn_crater(seed, sphere, **how)
         found = measure(Particles(drawn_craters.fields(drawn)), "sphere" if sphere else "plane")
         for name in NAMES:
             value, sigma = found[name].value, found[name].sigma

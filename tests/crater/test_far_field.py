@@ -21,7 +21,7 @@ UNKNOWN = (2.2, 2.6, 3.0, 4.0)
 
 def measured(seed: int, ends: float, known: bool) -> tuple[Measures, dict[str, float]]:
     """The crater of a seed in ground that ``ends`` at so many rim radii, and its true measures."""
-    drawn = drawn_craters.draw(seed, False, reach=ends, level=known, central=True)
+    drawn = drawn_craters.drawn_crater(seed, False, reach=ends, level=known, central=True)
     now = Particles(drawn_craters.fields(drawn))
     if not known:
         return measure(now, "plane"), drawn.truth

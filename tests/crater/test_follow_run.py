@@ -217,5 +217,5 @@ def test_the_picture_of_convergence_is_drawn(tmp_path):
     keys = [f"{q}_at_{c}" for q in row for c in ("depth", "volume")]
     fits = {k: convergence.extrapolated(*([r[c] for r in rows] for c in ("spacing_m", k, f"{k}_sigma"))) for k in keys}
     assert fits["depth_m_at_depth"].value == pytest.approx(200e3)
-    convergence.draw(rows, fits, tmp_path / "c.png", rows[0])
+    convergence.draw_convergence(rows, fits, tmp_path / "c.png", rows[0])
     assert (tmp_path / "c.png").read_bytes()[:4] == b"\x89PNG"

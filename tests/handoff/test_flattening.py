@@ -112,8 +112,8 @@ def test_ground_at_rest_is_not_loosened_by_the_curvature_of_its_body(patch):
     still["material"] = np.zeros(len(still), dtype=np.int32)
     still.attributes = {**still.attributes, **known}
     flattened = near(patch.flattened(still))
-    share = flattened.density / cloud_surface.reference_density(flattened)
-    assert share == pytest.approx(1.0, abs=1e-12) and (bulking.radius_factor(share) == 1.0).all()
+    fraction = flattened.density / cloud_surface.reference_density(flattened)
+    assert fraction == pytest.approx(1.0, abs=1e-12) and (bulking.radius_factor(fraction) == 1.0).all()
     assert flattened.density.min() < 0.97 * 1200.0  # as its volume is counted
 
 

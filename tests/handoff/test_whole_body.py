@@ -53,7 +53,7 @@ def bed(count: int = 1500, seed: int = 3) -> Particles:
     low, high = vertices.min(axis=0), vertices.max(axis=0)
     radius = float(np.cbrt(0.6 * BODY.placed.solid.volume / count * 0.75 / math.pi))
 
-    def draw(rng, n):
+    def sample(rng, n):
         points = np.empty((0, 3))
         while len(points) < n:
             trial = low + (high - low) * rng.random((4 * n, 3))
@@ -64,7 +64,7 @@ def bed(count: int = 1500, seed: int = 3) -> Particles:
         height, up = DATUM.height(points), DATUM.up(points)
         return points - np.maximum(height + 0.7 * radii, 0.0)[:, None] * up
 
-    points, radii = clouds.packed(count, radius, draw, clip, seed)
+    points, radii = clouds.packed(count, radius, sample, clip, seed)
     made = clouds.bed_of(points, radii, "plane", {"datum_m": 1e9}, 0.6, DENSITY)
     made.attributes |= {
         "frame": "solid",

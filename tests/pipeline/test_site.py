@@ -36,9 +36,9 @@ def test_every_law_has_its_page_with_its_picture_and_its_check(site, pages):
     laws = site("law_pages")
     assert len(laws.names()) > 35
     for name in laws.names():
-        text = pages[f"laws/{laws.place(name)}"]
+        text = pages[f"laws/{laws.page_path(name)}"]
         assert f"{name.rpartition('/')[2]}.svg" in text and "## Its check" in text and "`test_" in text
-        assert f"<laws/{laws.place(name)}>" in pages["laws"]
+        assert f"<laws/{laws.page_path(name)}>" in pages["laws"]
 
 
 def test_every_law_has_a_picture_and_one_without_is_named(site):

@@ -233,7 +233,7 @@ BAD = {
 def test_a_bad_table_is_told_in_one_line(what, tmp_path):
     """The message names the file and the first thing wrong; the sound table is taken."""
     spoil, words = BAD[what]
-    sound = tables.lines(tables.solid(), *NODES)
+    sound = tables.table_lines(tables.solid(), *NODES)
     path = tmp_path / "t.txt"
     path.write_text("\n".join(sound))
     assert sesame.read(path).u.shape == (len(NODES[0]), len(NODES[1]))
@@ -260,7 +260,7 @@ def test_zero_density_zero_temperature_and_twice_the_same_density_are_left_out(t
     wide = tables.Law(*(lambda r, t, one=one: 0.0 if r * t == 0.0 else one(r, t) for one in law))
     rho = np.concatenate([[0.0], NODES[0][:3], NODES[0][2:]])
     path = tmp_path / "t.txt"
-    path.write_text("\n".join(tables.lines(wide, rho, np.concatenate([[0.0], NODES[1]]))))
+    path.write_text("\n".join(tables.table_lines(wide, rho, np.concatenate([[0.0], NODES[1]]))))
     read = sesame.read(path)
     assert read.rho == pytest.approx(NODES[0]) and read.T == pytest.approx(NODES[1])
     assert read.P[3, 2] == pytest.approx(law.P(NODES[0][3], NODES[1][2]))
