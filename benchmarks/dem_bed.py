@@ -93,12 +93,12 @@ def peer_rate(engine: str, bed, walls, skin: float, ranks: int) -> float:
     reach = 1.2 * float(np.abs(grains.position).max()) + 3.0
     scene = Scene(grains, bed.contact, walls, Field.constant((0.0, 0.0, -1.0)), bed.dt, reach, skin=skin)
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
+        folder_path = Path(folder)
         plan = Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM)
-        external.ENGINES[engine].write(scene, plan, place, "in.deck")
-        if program.start(engine, "in.deck", ranks, place, "log").wait() != 0:
-            raise SystemExit(f"{engine}: {program.complaint(place, 'log')}")
-        seconds = re.findall(rb"Loop time of ([0-9.e+-]+)", (place / "log").read_bytes())
+        external.ENGINES[engine].write(scene, plan, folder_path, "in.deck")
+        if program.start(engine, "in.deck", ranks, folder_path, "log").wait() != 0:
+            raise SystemExit(f"{engine}: {program.complaint(folder_path, 'log')}")
+        seconds = re.findall(rb"Loop time of ([0-9.e+-]+)", (folder_path / "log").read_bytes())
     return len(grains) * STEPS / float(seconds[-1])
 
 

@@ -89,16 +89,18 @@ def settled(grains: int, run: Path) -> Particles:
     return below
 
 
-def flow(place: np.ndarray) -> np.ndarray:
+def flow(position: np.ndarray) -> np.ndarray:
     """Velocity [m/s] (n, 3) of the Z-model about the origin."""
-    r = np.maximum(np.linalg.norm(place, axis=1), 1e-9)
-    across = np.hypot(place[:, 0], place[:, 1])
-    outward = np.divide(place[:, :2], across[:, None], out=np.zeros((len(place), 2)), where=across[:, None] > 0.0)
-    cos, sin = -place[:, 2] / r, across / r
+    r = np.maximum(np.linalg.norm(position, axis=1), 1e-9)
+    across = np.hypot(position[:, 0], position[:, 1])
+    outward = np.divide(
+        position[:, :2], across[:, None], out=np.zeros((len(position), 2)), where=across[:, None] > 0.0
+    )
+    cos, sin = -position[:, 2] / r, across / r
     radial = SPEED * np.minimum(1.0, CORE / r) ** 3
     turning = radial * sin / (1.0 + cos)  # towards larger theta: up and outwards
     # at the surface both are equal: half the square of the speed each
-    velocity = np.empty((len(place), 3))
+    velocity = np.empty((len(position), 3))
     velocity[:, :2] = (radial * sin + turning * cos)[:, None] * outward
     velocity[:, 2] = -radial * cos + turning * sin
     return velocity
@@ -156,13 +158,11 @@ def liggghts_rate(grains: Particles, box: Container, dt: float, skin: float, ran
     """Steps per second of LIGGGHTS on these grains, by its own clock."""
     scene = Scene(grains, CONTACT, box.walls()[:1], Field.constant((0.0, 0.0, -GRAVITY)), dt, 1.1 * BOWL, skin=skin)
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
-        external.ENGINES["liggghts"].write(
-            scene, Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM), place, "in.deck"
-        )
-        if program.start("liggghts", "in.deck", ranks, place, "log").wait() != 0:
-            raise SystemExit(f"liggghts: {program.complaint(place, 'log')}")
-        seconds = re.findall(rb"Loop time of ([0-9.e+-]+)", (place / "log").read_bytes())
+        path = Path(folder)
+        external.ENGINES["liggghts"].write(scene, Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM), path, "in.deck")
+        if program.start("liggghts", "in.deck", ranks, path, "log").wait() != 0:
+            raise SystemExit(f"liggghts: {program.complaint(path, 'log')}")
+        seconds = re.findall(rb"Loop time of ([0-9.e+-]+)", (path / "log").read_bytes())
     return STEPS / float(seconds[-1])
 
 

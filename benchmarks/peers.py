@@ -123,9 +123,9 @@ class Bed(Suite):
 
     def theirs(self, engine: str, own: bool, skin: float) -> float:
         """CPU time of a peer's steps: a long run less a short one."""
-        return self.spent(engine, own, skin, self.LONG) - self.spent(engine, own, skin, self.SHORT)
+        return self.wall_time(engine, own, skin, self.LONG) - self.wall_time(engine, own, skin, self.SHORT)
 
-    def spent(self, engine: str, own: bool, skin: float, steps: int) -> float:
+    def wall_time(self, engine: str, own: bool, skin: float, steps: int) -> float:
         """CPU time of a peer's whole run [s]."""
         import numpy as np
 
@@ -138,14 +138,14 @@ class Bed(Suite):
         field = Field.constant((0.0, 0.0, -1.0))
         scene = Scene(self.grains, self.bed.contact, self.walls, field, self.bed.dt, reach, skin=skin)
         with tempfile.TemporaryDirectory() as folder:
-            place = Path(folder)
-            external.ENGINES[engine].write(scene, Plan(steps, steps, dumps=False), place, "in.deck")
+            path = Path(folder)
+            external.ENGINES[engine].write(scene, Plan(steps, steps, dumps=False), path, "in.deck")
             if own:
-                deck = place / "in.deck"
+                deck = path / "in.deck"
                 deck.write_text(own_deck(deck.read_text()))
             before = children()
-            if program.start(engine, "in.deck", 1, place, "log").wait() != 0:
-                raise SystemExit(f"{engine}: {program.complaint(place, 'log')}")
+            if program.start(engine, "in.deck", 1, path, "log").wait() != 0:
+                raise SystemExit(f"{engine}: {program.complaint(path, 'log')}")
             return children() - before
 
     def track_ratio_to_lammps(self) -> float:
@@ -202,8 +202,8 @@ class Tree(Suite):
         sim.root_size = 10.0
         sim.integrator, sim.gravity, sim.boundary = "leapfrog", "tree", "open"
         sim.G, sim.softening, sim.dt, sim.opening_angle2 = 1.0, 0.01, 1e-9, self.THETA**2
-        for place in x:
-            sim.add(m=1.0 / n, x=place[0], y=place[1], z=place[2])
+        for position in x:
+            sim.add(m=1.0 / n, x=position[0], y=position[1], z=position[2])
 
         def theirs() -> float:
             begin = time.process_time()

@@ -42,17 +42,17 @@ def cloud_of(size: int, porous: bool) -> tuple[Cloud, Materials]:
     """A cube of jittered particles, 1 km apart, h for about 60 neighbours."""
     side = round(size ** (1 / 3))
     rng = np.random.default_rng(1)
-    place = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
+    position = np.stack(np.meshgrid(*(np.arange(side),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
         -0.25, 0.25, (side**3, 3)
     )
-    material = np.minimum((3 * place[:, 2] / side).astype(np.int32).clip(0), 2)
+    material = np.minimum((3 * position[:, 2] / side).astype(np.int32).clip(0), 2)
     materials = collect(("basalt", "water", "ice"), POROUS_ICE if porous else None)
-    rho = materials.rho0[material] * rng.uniform(1.0, 1.02, len(place))
+    rho = materials.rho0[material] * rng.uniform(1.0, 1.02, len(position))
     body = bodies.Body(
-        (place - 0.5 * side) * 1e3,
+        (position - 0.5 * side) * 1e3,
         rho * 1e9,
         rho,
-        np.full(len(place), 2.43e3),
+        np.full(len(position), 2.43e3),
         material.astype(np.int32),
         material.astype(np.int32),
     )
@@ -129,8 +129,8 @@ def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, fl
             pair_rates.compute(i.scheme, i._rows(), i.neighbourhood.pairs, matter, i.damping, i.rates)
             between = time.process_time()
             i.step(1e-3)
-            for key, spent in (("pair_loop_ns", between - begun), ("step_ns", time.process_time() - between)):
-                least[name][key] = min(least[name][key], 1e9 * spent / visits)
+            for key, seconds in (("pair_loop_ns", between - begun), ("step_ns", time.process_time() - between)):
+                least[name][key] = min(least[name][key], 1e9 * seconds / visits)
     return least
 
 

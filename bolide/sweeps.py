@@ -50,7 +50,7 @@ def sweep(
         name: value for name, value in (("kind", kind), ("members", members), ("seed", seed)) if value is not None
     }
     varied = {key: list(values) for key, values in (vary or {}).items()}
-    table = sweeps.read_table(sweeps.laid(read.sweep, given, varied), ())
+    table = sweeps.read_table(sweeps.merged_sweep(read.sweep, given, varied), ())
     sweep = sweeps.planned_sweep(read, table, Path(out), until)
     each = threads or max(1, sweep_run.cores() // len(sweep.members))
     sweep_run.links(sweep)

@@ -31,11 +31,11 @@ values = np.array([[100.0 * local[name]["relative"] if name in local else np.nan
 shown = axes[0, 0].imshow(values, cmap="YlOrRd", vmin=0.0, vmax=5.0)
 for i, row in enumerate(octants):
     for j, name in enumerate(row):
-        share = f"{100.0 * local[name]['share']:.0f} % of it" if name in local else "nothing"
+        fraction = f"{100.0 * local[name]['share']:.0f} % of it" if name in local else "nothing"
         axes[0, 0].text(
             j,
             i,
-            f"{name.removeprefix('octant ')}\n{values[i, j]:.2f} %\n{share}",
+            f"{name.removeprefix('octant ')}\n{values[i, j]:.2f} %\n{fraction}",
             ha="center",
             va="center",
             fontsize=9,
@@ -61,10 +61,16 @@ axes[0, 1].set(
 
 off = np.linalg.norm(cells["after"] - cells["before"], axis=1)
 rms = np.sqrt(np.sum(cells["mass"] * np.sum(cells["before"] ** 2, axis=1)) / cells["mass"].sum())
-place, unit, name = cells["centre"], *((1e3, "km") if np.ptp(cells["centre"]) > 1e4 else (1.0, "m"))
-distance, azimuth = np.hypot(place[:, 0], place[:, 1]) / unit, np.degrees(np.arctan2(place[:, 1], place[:, 0]))
+position, unit, name = cells["centre"], *((1e3, "km") if np.ptp(cells["centre"]) > 1e4 else (1.0, "m"))
+distance, azimuth = (
+    np.hypot(position[:, 0], position[:, 1]) / unit,
+    np.degrees(np.arctan2(position[:, 1], position[:, 0])),
+)
 order = np.argsort(off)
-for panel, height, label in ((axes[1, 0], azimuth, "azimuth [deg]"), (axes[1, 1], place[:, 2] / unit, f"z [{name}]")):
+for panel, height, label in (
+    (axes[1, 0], azimuth, "azimuth [deg]"),
+    (axes[1, 1], position[:, 2] / unit, f"z [{name}]"),
+):
     dots = panel.scatter(
         distance[order],
         height[order],

@@ -50,11 +50,11 @@ for panel, cloud, which, title in (
     ),
     (axes[1], start, after, "grains cut by the plane"),
 ):
-    place, velocity = cloud.position[which] / unit, cloud.velocity[which]
+    position, velocity = cloud.position[which] / unit, cloud.velocity[which]
     speed = np.linalg.norm(velocity, axis=1)
     arrows = panel.quiver(
-        place[:, 0],
-        place[:, 2],
+        position[:, 0],
+        position[:, 2],
         velocity[:, 0],
         velocity[:, 2],
         speed,

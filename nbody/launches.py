@@ -116,7 +116,7 @@ def _round(position: np.ndarray, velocity: np.ndarray, radius: float) -> tuple[n
 
 
 @dataclass(frozen=True)
-class Sky:
+class FlightField:
     """The field of the flights: ``orbits``, the ``names`` and ``radius`` (1 + moons,) of planet and moons, which of
     them is ``home``, where it is (``paths``; None: it rests at the origin), how far ``outer`` [m] is, and the ``axes``
     (3, 3) of the run's frame (rows) in that of the field."""
@@ -130,15 +130,15 @@ class Sky:
     axes: np.ndarray
 
 
-def alone(launches: Launches, name: str = "the body") -> Sky:
+def field_of_body(launches: Launches, name: str = "the body") -> FlightField:
     """The body alone."""
     nothing = np.zeros((1, 1, 3, 6))
     nothing[0, 0, 0, 0] = 1e12  # where a Sun without mass stands
     orbits = Orbits(nothing, 1e30, np.array([0.0, launches.gm]), 0.0)
-    return Sky(orbits, (name,), np.array([launches.radius]), 0, None, FAR * launches.radius, np.eye(3))
+    return FlightField(orbits, (name,), np.array([launches.radius]), 0, None, FAR * launches.radius, np.eye(3))
 
 
-def around(launches: Launches, body: Body, site: Site, duration: float, seed: int) -> Sky:
+def field_with_companions(launches: Launches, body: Body, site: Site, duration: float, seed: int) -> FlightField:
     """``body`` with the run's radius and mass among its like: a moon of Jupiter with the other moons and the Sun, or
     what goes round the Sun itself; the moons' longitudes and the planet's mean anomaly are drawn by ``seed``."""
     own = replace(body, gm=launches.gm, radius=launches.radius)
@@ -161,7 +161,7 @@ def around(launches: Launches, body: Body, site: Site, duration: float, seed: in
         axes = _axes(-begin.sun_direction, site)
     sizes = np.array([system.planet.radius, *(moon.radius for moon in system.moons)])
     names = (system.planet.title, *(moon.title for moon in system.moons))
-    return Sky(paths.orbits, names, sizes, home, paths, system.start_radius, axes)
+    return FlightField(paths.orbits, names, sizes, home, paths, system.start_radius, axes)
 
 
 def _axes(facing: np.ndarray, site: Site) -> np.ndarray:
@@ -175,40 +175,42 @@ def _axes(facing: np.ndarray, site: Site) -> np.ndarray:
     return np.array([x, np.cross(up, x), up])
 
 
-def fly(launches: Launches, sky: Sky, duration: float, tolerance: float = TOLERANCE) -> Fates:
+def fly(launches: Launches, field: FlightField, duration: float, tolerance: float = TOLERANCE) -> Fates:
     """Follow every launch for ``duration`` [s] after the last of them. Raises ``UnphysicalState`` where a step becomes
     too small."""
-    here, moving = _body(sky, sky.home, launches.time)
-    states = np.hstack([launches.position @ sky.axes + here, launches.velocity @ sky.axes + moving])
+    here, moving = _body(field, field.home, launches.time)
+    states = np.hstack([launches.position @ field.axes + here, launches.velocity @ field.axes + moving])
     count = len(states)
     ends, finals = np.zeros((count, 3), np.int64), np.zeros((count, 7))
     until = float(launches.time.max(initial=0.0)) + duration
-    free = int(sky.orbits.gm[0] == 0.0)
-    bounds = launched.Bounds(until, sky.outer, free, sky.radius, tolerance)
-    launched.fly(np.ascontiguousarray(states), launches.time.astype(float), sky.home, sky.orbits, bounds, ends, finals)
+    free = int(field.orbits.gm[0] == 0.0)
+    bounds = launched.Bounds(until, field.outer, free, field.radius, tolerance)
+    launched.fly(
+        np.ascontiguousarray(states), launches.time.astype(float), field.home, field.orbits, bounds, ends, finals
+    )
     stuck = ends[:, 0] == launched.STUCK
     if stuck.any():
         raise UnphysicalState(f"n-body: the step of ejecta particle {launches.number[stuck][0]} became too small")
-    names = (BACK, *(f"hits {name}" for k, name in enumerate(sky.names) if k != sky.home), LEAVES, FLIES)
-    order = [sky.home, *(k for k in range(len(sky.names)) if k != sky.home)]
+    names = (BACK, *(f"hits {name}" for k, name in enumerate(field.names) if k != field.home), LEAVES, FLIES)
+    order = [field.home, *(k for k in range(len(field.names)) if k != field.home)]
     fate = np.full(count, len(names) - 1)
     fate[ends[:, 0] == launched.LEFT] = len(names) - 2
     position, speed = np.full((count, 3), np.nan), np.full(count, np.nan)
     for index, body in enumerate(order):
         hits = (ends[:, 0] == launched.HIT) & (ends[:, 1] == body)
         fate[hits] = index
-        x, v = _body(sky, body, finals[hits, 0])
+        x, v = _body(field, body, finals[hits, 0])
         speed[hits] = np.linalg.norm(finals[hits, 4:] - v, axis=1)
-        if body == sky.home:
-            position[hits] = (finals[hits, 1:4] - x) @ sky.axes.T
+        if body == field.home:
+            position[hits] = (finals[hits, 1:4] - x) @ field.axes.T
     return Fates(names, fate, finals[:, 0], position, speed, ends[:, 2])
 
 
-def _body(sky: Sky, body: int, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _body(field: FlightField, body: int, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Place and velocity (n, 3) of a body at the times ``t``: the planet is the origin where it has no moons."""
-    if sky.paths is None or len(sky.names) == 1:
+    if field.paths is None or len(field.names) == 1:
         return np.zeros((len(t), 3)), np.zeros((len(t), 3))
-    return sky.paths.state(body + 1, t)
+    return field.paths.state(body + 1, t)
 
 
 def masses(launches: Launches, fates: Fates) -> dict[str, Any]:
@@ -280,15 +282,15 @@ def command(path: Path, name: str | None, site: Site, duration: float, seed: int
     path = path / "6_crater" / "ejecta.h5" if path.is_dir() else path
     archive.check_folder(out)
     launches = read(path, body)
-    sky = alone(launches) if body is None else around(launches, body, site, duration, seed)
-    fates = fly(launches, sky, duration)
+    field = field_of_body(launches) if body is None else field_with_companions(launches, body, site, duration, seed)
+    fates = fly(launches, field, duration)
     out.mkdir(parents=True, exist_ok=True)
     how = {
-        "body": sky.names[sky.home], "radius_m": launches.radius, "gm_m3_s2": launches.gm, "duration_s": duration,
+        "body": field.names[field.home], "radius_m": launches.radius, "gm_m3_s2": launches.gm, "duration_s": duration,
         "latitude_rad": site.latitude, "longitude_rad": site.longitude, "azimuth_rad": site.azimuth, "seed": seed,
     }  # fmt: skip
     write(launches, fates, out, how)
-    for line in fate_lines(masses(launches, fates), sky.names[sky.home], duration):
+    for line in fate_lines(masses(launches, fates), field.names[field.home], duration):
         print(line)
     print(f"{out / 'ejecta_fates.h5'}: each launch with its fate")
     return 0

@@ -242,11 +242,11 @@ def of_setup(runs: Runs) -> list[dict[str, str]]:
                 "verdict": "input",
             }
         )
-        apart, _ = lattice(0.0, radius, rho, count)
+        differing, _ = lattice(0.0, radius, rho, count)
         near, grain = lattice(ball[0], 0.0, ball[1], int(ball[2]))
         masses = [lattice(0.0, radius, rho / alpha0, count)[1] for alpha0 in (printed[-1], printed[0])]
         ours = (
-            f"hexagonal lattice: {100 * apart:.1f} cm, {masses[0]:.3g} to {masses[1]:.3g} kg; projectile "
+            f"hexagonal lattice: {100 * differing:.1f} cm, {masses[0]:.3g} to {masses[1]:.3g} kg; projectile "
             f"{100 * near:.1f} cm, {grain:.3g} kg"
         )
         rows.append(

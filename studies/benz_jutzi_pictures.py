@@ -67,8 +67,10 @@ def pictures(runs: Runs, out: Path) -> None:
             axes[1].set(xlabel="time [ms]", ylabel="mass faster than 1 m/s [kg]")
             axes[2].set(xlabel="depth below the impact [m]", ylabel="peak pressure [GPa]")
         named = [line for line in axes[0].get_lines() if not line.get_label().startswith("_")]
-        thin = plt.Line2D([], [], color="0.5", lw=0.6, label="other crush curves, strengths, supports and viscosities")
-        figure.legend(handles=[*named, thin], fontsize=9, loc="outside lower center", ncols=4, frameon=False)
+        thin_line = plt.Line2D(
+            [], [], color="0.5", lw=0.6, label="other crush curves, strengths, supports and viscosities"
+        )
+        figure.legend(handles=[*named, thin_line], fontsize=9, loc="outside lower center", ncols=4, frameon=False)
         figure.savefig(out / name, dpi=110)
         plt.close(figure)
 

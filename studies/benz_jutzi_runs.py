@@ -69,11 +69,11 @@ def ejecta(particles: Particles) -> dict[str, Any]:
         "ball_momentum": [],
     }
     for limit in ESCAPE:
-        gone = up > limit
-        row["mass_kg"].append(float(m[gone & counts].sum()))
-        row["momentum"].append(float((m * up)[gone & counts].sum()))
-        row["air_kg"].append(float(m[gone & counts & (particles.position[:, 2] > 0.0)].sum()))
-        row["ball_momentum"].append(float((m * up)[gone & ball].sum()))
+        ejected = up > limit
+        row["mass_kg"].append(float(m[ejected & counts].sum()))
+        row["momentum"].append(float((m * up)[ejected & counts].sum()))
+        row["air_kg"].append(float(m[ejected & counts & (particles.position[:, 2] > 0.0)].sum()))
+        row["ball_momentum"].append(float((m * up)[ejected & ball].sum()))
     return row
 
 
@@ -131,12 +131,12 @@ def arrivals(times: list[float], looks: list[np.ndarray], depths: np.ndarray) ->
     for look in looks[1:]:
         reached = np.flatnonzero(look >= ARRIVED * final)
         front.append(max(front[-1], float(depths[reached[-1]]) if len(reached) else 0.0))
-    place, when = np.array(front), np.array(times)
-    passed = np.concatenate(([True], np.diff(place) > 0.0))
+    position, when = np.array(front), np.array(times)
+    passed = np.concatenate(([True], np.diff(position) > 0.0))
     return {
         "depth_m": list(DEPTHS),
         "arrival_s": [
-            float(np.interp(d, place[passed], when[passed])) if d <= place[-1] else math.nan for d in DEPTHS
+            float(np.interp(d, position[passed], when[passed])) if d <= position[-1] else math.nan for d in DEPTHS
         ],
         "peak_Pa": [float(np.interp(d, depths, final)) for d in DEPTHS],
     }

@@ -119,8 +119,8 @@ def main() -> None:
     }
     found, table = {}, {}
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "run"
-        carve(given.run, place)
+        folder_path = Path(folder) / "run"
+        carve(given.run, folder_path)
         for name, settings in runs.items():
             out = Path(folder) / name.replace(" ", "_")
             out.mkdir()
@@ -128,13 +128,13 @@ def main() -> None:
             try:
                 if settings.engine != "native":
                     program.find(settings.engine)
-                stage.run(settings, place, out)
+                stage.run(settings, folder_path, out)
             except InputError as reason:
                 print(f"{name}: left out ({reason})")
                 continue
             wall = time.perf_counter() - begin
             report = json.loads((out / "stage_report.json").read_text())
-            heights, radius = profile(out, RING * report_radius(place))
+            heights, radius = profile(out, RING * report_radius(folder_path))
             found[name] = heights
             table[name] = {
                 "wall_s": round(wall, 1), "steps": report["steps"], "grains": report["grains"],
@@ -201,11 +201,11 @@ def draw_profiles(found: dict, width: float, path: Path) -> None:
     plt.close(figure)
 
 
-def report_radius(place: Path) -> float:
+def report_radius(folder_path: Path) -> float:
     """Mean radius of the grains [m]."""
     from matter.files import snapshot
 
-    return float(snapshot.read(place / "4_handoff" / "start.vtkhdf").radius.mean())
+    return float(snapshot.read(folder_path / "4_handoff" / "start.vtkhdf").radius.mean())
 
 
 if __name__ == "__main__":

@@ -39,13 +39,15 @@ ENGINES = {
 """Engine, whether contacts resist twisting, and what it stands beside."""
 
 
-def without_ejecta(run: Path, place: Path) -> None:
-    """Write ``place`` as a run folder whose handoff is that of ``run`` with the grains of its bed alone."""
+def without_ejecta(run: Path, folder_path: Path) -> None:
+    """Write ``folder_path`` as a run folder whose handoff is that of ``run`` with the grains of its bed alone."""
     start = snapshot.read(run / "4_handoff" / "start.vtkhdf")
     for name in ("2_sph", "4_handoff"):
-        (place / name).mkdir(parents=True)
-    (place / "2_sph" / "target.json").write_bytes((run / "2_sph" / "target.json").read_bytes())
-    snapshot.write(start.select(start.identity < start.attributes["bed_grains"]), place / "4_handoff" / "start.vtkhdf")
+        (folder_path / name).mkdir(parents=True)
+    (folder_path / "2_sph" / "target.json").write_bytes((run / "2_sph" / "target.json").read_bytes())
+    snapshot.write(
+        start.select(start.identity < start.attributes["bed_grains"]), folder_path / "4_handoff" / "start.vtkhdf"
+    )
 
 
 def settings_for(run: Path, engine: str, twists: bool, seconds: float) -> Settings:
@@ -97,12 +99,12 @@ def main() -> None:
     given = parser.parse_args()
     table: dict[str, dict[str, float]] = {}
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder) / "run"
-        without_ejecta(given.run, place)
+        folder_path = Path(folder) / "run"
+        without_ejecta(given.run, folder_path)
         for name, (engine, twists, beside) in ENGINES.items():
             out = Path(folder) / name.replace(" ", "_").replace(",", "")
             out.mkdir()
-            stage.run(settings_for(given.run, engine, twists, given.seconds), place, out)
+            stage.run(settings_for(given.run, engine, twists, given.seconds), folder_path, out)
             row = table[name] = books(out, given.seconds)
             row["lost_J"] = row["energy_start_J"] - row["energy_end_J"]
             row["gained_p_z"] = row["p_z_end"] - row["p_z_start"]

@@ -42,12 +42,12 @@ def main() -> int:
     except InputError as reason:
         print(reason, file=sys.stderr)
         return reason.exit_code
-    apart = [f"{one.crater} {one.measure}: {one.deviation:+.1f} sigma" for one in found if not one.agrees]
+    differing = [f"{one.crater} {one.measure}: {one.deviation:+.1f} sigma" for one in found if not one.agrees]
     print(
-        f"{len(found) - len(apart)} of {len(found)} measures as expected"
-        + "".join(f"\n  differs: {line}" for line in apart)
+        f"{len(found) - len(differing)} of {len(found)} measures as expected"
+        + "".join(f"\n  differs: {line}" for line in differing)
     )
-    return 1 if apart or not found else 0
+    return 1 if differing or not found else 0
 
 
 if __name__ == "__main__":

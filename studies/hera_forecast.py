@@ -148,9 +148,9 @@ def samples(given: Mapping[str, Any]) -> Samples:
     excess *= rough ** fit["excess_tangent"] * (1.0 - LATE * (1.0 - firm**MASS_POWER)) * f["spacecraft"]
     excess *= f["blocks"] * f["numerics"] * f["single_draw"]
     # mass and size
-    gone = fit["mass_left_kg"] * (rho / 2400.0) ** fit["mass_left_kg_density"] * rough ** fit["mass_tangent"]
-    gone *= f["spacecraft"] ** fit["mass_spacecraft"] * firm**MASS_POWER
-    gone *= f["late_mass"] * f["handoff_mass"] * f["mass_model"]
+    mass_left = fit["mass_left_kg"] * (rho / 2400.0) ** fit["mass_left_kg_density"] * rough ** fit["mass_tangent"]
+    mass_left *= f["spacecraft"] ** fit["mass_spacecraft"] * firm**MASS_POWER
+    mass_left *= f["late_mass"] * f["handoff_mass"] * f["mass_model"]
     grown = rough ** (fit["mass_tangent"] / 3.0) * f["spacecraft"] ** (fit["mass_spacecraft"] / 3.0) * firm
     grown *= f["hollow_model"]
     wide = fit["hollow_m"] * (rho / 2400.0) ** fit["hollow_m_density"] * grown
@@ -160,12 +160,12 @@ def samples(given: Mapping[str, Any]) -> Samples:
     a_b = np.maximum(f["a_over_b_before"] + stretch, 1.0)
     a_c = np.maximum(f["a_over_c_before"] + f["a_over_c_change"], a_b)
     before = volume * rho
-    mass = before - gone
+    mass = before - mass_left
     track = 1.0 + f["track"] * excess
     made: Samples = {
         "mass": mass, "density": rho, "volume": mass / rho, "beta_normal": 1.0 + excess, "beta_track": track,
         "beta_ejecta": 1.0 + fit["cosine_track"] * f["track"] * excess / fit["cosine_ejecta"],
-        "mass_left": gone, "a_over_b": a_b, "a_over_c": a_c, "hollow": wide,
+        "mass_left": mass_left, "a_over_b": a_b, "a_over_c": a_c, "hollow": wide,
         "deepest": HEIGHT * (wide / WIDE) ** f["depth_power"] * f["depth_model"],
         "resurfaced": np.minimum(surface, 1.0),
     }  # fmt: skip
@@ -210,8 +210,8 @@ def weights(made: Samples, given: Mapping[str, Any], column: str, without: str =
         weight = 0.7 * bell(made["density"], *seen["makadia"]["density_kg_m3"])
         weight += 0.3 * bell(made["density"], *seen["old_density"]["density_kg_m3"])
     if without != "dv_track":
-        push = seen["dv_track"]
-        weight = weight * bell(1e3 * made["dv_observable"], push["value_mm_s"], push["sigma_mm_s"])
+        delta_v = seen["dv_track"]
+        weight = weight * bell(1e3 * made["dv_observable"], delta_v["value_mm_s"], delta_v["sigma_mm_s"])
     if column == "all_known":
         shape, left = seen["shape"], seen["mass_left"]
         middle = 0.5 * math.log(left["low_kg"] * left["high_kg"])

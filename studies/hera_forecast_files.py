@@ -109,9 +109,9 @@ def trials(given: Mapping[str, Any]) -> list[tuple[str, str, float, float, float
     made, seen = forecast.samples(given), given["observed"]
     left = seen["mass_left"]
     ferrari = 0.5 * np.log(left["low_kg"] * left["high_kg"]), left["sigma_ln"]
-    push = 1e3 * made["dv_observable"]
+    delta_v = 1e3 * made["dv_observable"]
     asked = (
-        ("change of speed along the track, mm/s", "makadia without it", push, "makadia", "dv_track",
+        ("change of speed along the track, mm/s", "makadia without it", delta_v, "makadia", "dv_track",
          (seen["dv_track"]["value_mm_s"], seen["dv_track"]["sigma_mm_s"]), np.asarray),
         ("density by Makadia et al. 2026, kg/m^3", "flat", made["density"], "flat", "",
          seen["makadia"]["density_kg_m3"], np.asarray),

@@ -61,10 +61,15 @@ a place."""
 SAY_NO_RESULT = frozenset(("of", "draw", "lines", "points", "kept"))
 """Names that say nothing of what a function returns."""
 BANNED = frozenset(
-    ("place", "places", "share", "shares", "thin", "thinned", "warmth", "youth", "push", "apart", "meeting", "lean")
-    + ("heads", "standing", "anew", "make_anew", "to_make_anew", "held_pull", "loosened")
+    """
+    place places share shares apart lean standing anew make_anew to_make_anew heads
+    thin thinned warmth youth push soften softened Soft hold Surroundings
+    meeting held_pull pull_held pull_of_all laid spilt Spill Lie departures parted gone flown
+    loosened laying Unrolled unrolled deciding Foot wells strangers Lot lot Sky places_of places_before tells_datum
+    """.split()
 )
-"""Words of no field: position, folder or index; fraction; and what each stands for."""
+"""Words that are no terms of the field: for position, folder or index, fraction, distance; of sph, of dem, and of the
+other rooms."""
 TAG = re.compile(
     r"<!doctype|</?(?:a|b|body|br|button|canvas|code|div|em|fig\w+|h[1-6r]|head|html|i|img|input|label|li|link|meta|ol"
     r"|option|p|pre|script|section|select|small|span|strong|style|su[bp]|svg|t[dhr]|table|tbody|thead|title|ul)[\s>/]"
@@ -156,9 +161,10 @@ def tags_in_python(root: Path) -> list[str]:
 
 
 def banned_names(root: Path) -> list[str]:
-    """``file:line name`` of functions in the rooms called as in ``SAY_NO_RESULT``, and of names in ``BANNED``."""
+    """``file:line name`` of functions called as in ``SAY_NO_RESULT``, and of names in ``BANNED``, in the rooms and
+    around them; modules among these names."""
     found = []
-    for path in sorted(path for room in (*ROOMS, "bolide") for path in (root / room).rglob("*.py")):
+    for path in sorted(path for room in (*ROOMS, *AROUND) for path in (root / room).rglob("*.py")):
         name = path.relative_to(root).as_posix()
         for node in ast.walk(ast.parse(path.read_text())):
             said = {str(getattr(node, key, "")) for key in ("id", "arg", "attr", "name")} & BANNED
@@ -166,6 +172,7 @@ def banned_names(root: Path) -> list[str]:
             if isinstance(node, ast.FunctionDef):
                 said |= {node.name} & SAY_NO_RESULT
             found += [f"{name}:{getattr(node, 'lineno', 0)} {word}" for word in sorted(said)]
+        found += [f"{name}: {path.stem}"] if path.stem in BANNED else []
     return found
 
 
@@ -256,7 +263,7 @@ def raw_columns(house: House, room: str, above: int = LAST_COORDINATE) -> list[s
     return [f"{name}:{line}" for name, line in sorted(found)]
 
 
-def places(house: House, law: str, own: str) -> list[str]:
+def law_mentions(house: House, law: str, own: str) -> list[str]:
     """Lines that name a law outside of its own file."""
     word = re.compile(rf"(?<![a-z0-9]){law}(?![a-z0-9])", re.IGNORECASE)
     found = []
@@ -312,9 +319,9 @@ def count(root: Path) -> dict[str, list[str]]:
         rows[f"  above {LAST_OF_TENSOR} in {room}"] = raw_columns(house, room, LAST_OF_TENSOR)
     rows["lines of scalar laws that call numpy"] = numpy_in_laws(house)
     for kind, (law, own) in PLACES.items():
-        touched = places(house, law, own)
+        touched = law_mentions(house, law, own)
         rows[f"places for one more {kind} (as {law})"] = touched
-        rows[f"  files with places for one more {kind}"] = sorted({place.partition(":")[0] for place in touched})
+        rows[f"  files with places for one more {kind}"] = sorted({mention.partition(":")[0] for mention in touched})
     return rows
 
 
@@ -332,7 +339,7 @@ def main() -> int:
         print(f"{row:<{width}}", *(f"{len(table[row]):>{wide}}" for table, wide in zip(counted, columns)))
         if given.lines:
             for root, table in zip(given.checkouts, counted):
-                print("".join(f"    {root}: {place}\n" for place in table[row]), end="")
+                print("".join(f"    {root}: {mention}\n" for mention in table[row]), end="")
     return 0
 
 

@@ -63,11 +63,11 @@ def of_shock(folder: Path, times: Sequence[float]) -> list[str]:
             )
         except InputError as reason:
             size = str(reason)
-        flown = ballistic.measure_profile(ballistic.profile_of(snapshot.read(path), GRAVITY, density, REACH)[0])
+        in_flight = ballistic.measure_profile(ballistic.profile_of(snapshot.read(path), GRAVITY, density, REACH)[0])
         free = "  ".join(
-            f"{name} {flown[key].value:.4g}"
+            f"{name} {in_flight[key].value:.4g}"
             for name, key in (("D", "diameter_apparent_m"), ("V", "volume_m3"))
-            if key in flown
+            if key in in_flight
         )
         lines.append(f"{time:8.3g} s  {size}   ballistic: {free}")
     return lines

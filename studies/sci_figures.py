@@ -51,12 +51,12 @@ def slab(particles: Particles, radius: np.ndarray, half: float) -> tuple[Particl
 def circles(ax: Any, particles: Particles, radius: np.ndarray, colour: np.ndarray | str, **how: Any) -> Any:
     """The particles as circles of their size, the nearest to the plane on top."""
     order = np.argsort(-np.abs(particles.position[:, 1]))
-    places = particles.position[order][:, [0, 2]]
+    positions = particles.position[order][:, [0, 2]]
     discs = EllipseCollection(
         2 * radius[order],
         2 * radius[order],
         np.zeros(len(order)),
-        offsets=places,
+        offsets=positions,
         units="xy",
         offset_transform=ax.transData,
         **how,

@@ -62,11 +62,11 @@ def measured(spacings: float, **changes) -> dict[str, float]:
         last = snapshot.read(out / "last.vtkhdf")
     ball = last.layer < 0
     peaks = {"target_Pa": float(last.peak_pressure[~ball].max()), "ball_Pa": float(last.peak_pressure[ball].max())}
-    for name, share in (
+    for name, fraction in (
         ("ball_median_Pa", 0.5),
         ("ball_nine_tenths_Pa", 0.9),
     ):  # that this share of its mass (equal particles) did not pass
-        peaks[name] = float(np.quantile(last.peak_pressure[ball], share))
+        peaks[name] = float(np.quantile(last.peak_pressure[ball], fraction))
     return {"particles": len(ball), **peaks, "wall_s": time.perf_counter() - begun}
 
 

@@ -43,7 +43,7 @@ ROOT = Path(__file__).resolve().parents[1]
 LOOK_S = 0.2
 
 
-class Place:
+class SweepState:
     """What a way has made so far, by its store."""
 
     def __init__(self, sweep: sweeps.Sweep):
@@ -118,11 +118,11 @@ def on_dask(sweep: sweeps.Sweep, threads: int) -> list[sweep_table.Row]:
     except ImportError:
         raise InputError("the way dask needs dask.distributed: pip install 'bolide[cluster]'") from None
     sweep_run.links(sweep)
-    place, ended = Place(sweep), threading.Event()
+    state, ended = SweepState(sweep), threading.Event()
     with LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster:
 
         def killer() -> None:
-            while not place.third_is_done():
+            while not state.third_is_done():
                 if ended.wait(LOOK_S):
                     return
             worker = next(iter(cluster.workers.values())).pid
@@ -178,8 +178,8 @@ def run(way: str, sweep: sweeps.Sweep, arguments: list[str], threads: int, at_on
         return separate(sweep, threads, at_once)
     if way == "dask":
         return on_dask(sweep, threads)
-    place = Place(sweep)
-    return swept(sweep, arguments, (place.shock_is_made, place.third_is_done) if way == "killed" else ())
+    state = SweepState(sweep)
+    return swept(sweep, arguments, (state.shock_is_made, state.third_is_done) if way == "killed" else ())
 
 
 def main(words: Sequence[str] | None = None) -> int:

@@ -82,10 +82,10 @@ def table(variants: list[sweep.Variant], out: Path, command: str) -> None:
 
     found = {}
     for variant in variants:
-        place = sweep.measure(variant, out)
-        print(f"{variant.name:<18} {'measured' if place else 'not run'}", flush=True)
-        if place:
-            found[variant.name] = evidence.read_run(variant.name, variant.run_folder(out), place)
+        folder_path = sweep.measure(variant, out)
+        print(f"{variant.name:<18} {'measured' if folder_path else 'not run'}", flush=True)
+        if folder_path:
+            found[variant.name] = evidence.read_run(variant.name, variant.run_folder(out), folder_path)
     scores = evidence.score(valhalla.CLAIMS, found)
     folders = ", ".join(f"{name} = {run.facts['run']}" for name, run in found.items())
     settings = f"Runs: {folders or 'none'}."

@@ -104,11 +104,11 @@ def table(chosen: list[sweep.Variant], out: Path, uniform: Path | None, command:
 
     rows = []
     for variant in chosen:
-        place = sweep.measure(variant, out)
-        print(f"{variant.name:<6} {'measured' if place else 'not run'}", flush=True)
-        if place:
+        folder_path = sweep.measure(variant, out)
+        print(f"{variant.name:<6} {'measured' if folder_path else 'not run'}", flush=True)
+        if folder_path:
             rows.append(
-                row_of(variant.name, variant.run_folder(out), json.loads((place / "measures.json").read_text()))
+                row_of(variant.name, variant.run_folder(out), json.loads((folder_path / "measures.json").read_text()))
             )
     fits = {}
     for key in (f"{quantity}_at_{choice}" for choice in CHOICES for quantity in QUANTITIES):

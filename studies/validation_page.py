@@ -150,13 +150,13 @@ def page(
         "## What is not met, by cause",
     ]
     for cause in causes:
-        text += ["", f"### {cause.title}", "", cause.words, "", *heads(SHORT)]
+        text += ["", f"### {cause.title}", "", cause.words, "", *header_rows(SHORT)]
         for key in known:
             if key in cause.claims:
                 text += lines_of(
                     known[key], gathered([row for row in by_id[key] if row.verdict == verdicts[key]]), SHORT
                 )
-    text += ["", "## What was not run", "", *heads(("id", "claim", "published", "reproduced if"))]
+    text += ["", "## What was not run", "", *header_rows(("id", "claim", "published", "reproduced if"))]
     text += [
         "| " + " | ".join(map(cell, (key, claim.claim, claim.published, claim.tolerance))) + " |"
         for key, claim in known.items()
@@ -167,7 +167,7 @@ def page(
     of_source = {title: [verdicts[key] for key, one in known.items() if one.chapter == title] for title in chapters}
     text += counts("source", of_source)
     for title in chapters:
-        text += ["", f"### {title}", "", *heads(HEAD)]
+        text += ["", f"### {title}", "", *header_rows(HEAD)]
         for key, claim in known.items():
             if claim.chapter == title:
                 text += lines_of(claim, by_id[key], HEAD)
@@ -184,7 +184,7 @@ def gathered(found: list[Row]) -> list[Row]:
     ]
 
 
-def heads(names: Sequence[str]) -> list[str]:
+def header_rows(names: Sequence[str]) -> list[str]:
     """The first two lines of a table."""
     return ["| " + " | ".join(names) + " |", "|" + "---|" * len(names)]
 
@@ -194,4 +194,4 @@ def counts(what: str, verdicts: Mapping[str, Sequence[str]]) -> list[str]:
     rows = [
         [title, *(str(Counter(given)[one]) for one in VERDICTS), str(len(given))] for title, given in verdicts.items()
     ]
-    return [*heads((what, *VERDICTS, "all")), *("| " + " | ".join(row) + " |" for row in rows)]
+    return [*header_rows((what, *VERDICTS, "all")), *("| " + " | ".join(row) + " |" for row in rows)]

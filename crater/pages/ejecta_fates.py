@@ -23,7 +23,7 @@ def slot(content: str = "") -> str:
 
 def section(found: Mapping[str, Any]) -> str:
     """The section as HTML: masses of target and projectile by fate; when, how far and how fast, of what hits."""
-    flown = found["flown"]
+    flight = found["flown"]
     rows = []
     for name, mass in found["target_kg"].items():
         ends, both = found["ends"].get(name, {}), (mass, found["projectile_kg"][name])
@@ -37,10 +37,10 @@ def section(found: Mapping[str, Any]) -> str:
             ]
         )
     way = ", ".join(
-        f"{word} {math.degrees(flown[key]):.4g} deg"
+        f"{word} {math.degrees(flight[key]):.4g} deg"
         for word, key in (("latitude", "latitude_rad"), ("longitude", "longitude_rad"), ("azimuth", "azimuth_rad"))
     )
-    duration, closure = _long(flown["duration_s"]), f"{max(found['closure'], 1e-16):.0e}"
+    duration, closure = _long(flight["duration_s"]), f"{max(found['closure'], 1e-16):.0e}"
     return page.render(TEMPLATE, "section", found=found, rows=rows, duration=duration, way=way, closure=closure)
 
 

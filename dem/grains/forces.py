@@ -107,8 +107,8 @@ def pair_loop(scheme: Scheme) -> Any:
             velocity = s[_TWO, k] - s[_ONE, k], s[_TWO + 1, k] - s[_ONE + 1, k], s[_TWO + 2, k] - s[_ONE + 2, k]
             kinematics, l1, l2 = grain_kinematics(way, velocity, one, two, more)
             k_n = min(s[_ONE + STIFFNESS, k], s[_TWO + STIFFNESS, k])
-            both = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
-            reduced, radius = mi * mj * (ri + rj) * both, ri * rj * (mi + mj) * both
+            inv_product = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
+            reduced, radius = mi * mj * (ri + rj) * inv_product, ri * rj * (mi + mj) * inv_product
             numbers = _numbers(s, k)
             springs = Springs(
                 s[_SLIP, k],

@@ -81,7 +81,7 @@ class Cone(AtRest):
         """The point of the datum (3,) [m] below or above a ``point`` (3,)."""
         return np.asarray(point * (self.datum / np.linalg.norm(point)))
 
-    def around(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def polar(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
         up, east, north = _compass(self.frame, centre)
         x, y = position @ east, position @ north
@@ -181,7 +181,7 @@ class Cylinder(AtRest):
         """The point of the datum (3,) [m] below or above a ``point`` (3,)."""
         return np.array([point[0], point[1], self.datum])
 
-    def around(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def polar(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
         _, east, north = _compass(self.frame, centre)
         x, y = position @ east, position @ north

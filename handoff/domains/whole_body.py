@@ -154,9 +154,9 @@ class WholeBody:
         """The point of the datum (3,) [m] nearest to a ``point`` (3,)."""
         return np.asarray(self.shape.foot(point[None])[0])
 
-    def around(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def polar(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
-        return self.shape.around(position, centre)
+        return self.shape.polar(position, centre)
 
     def part(self, radius: float) -> WholeBody:
         """The same, looked at within ``radius`` [m] of the site."""

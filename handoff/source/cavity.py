@@ -44,7 +44,7 @@ class Cavity:
 
     def distance(self, position: np.ndarray, domain: Domain) -> np.ndarray:
         """(n,) distance along the datum [m] of points from the cavity's centre."""
-        return domain.around(position, self.centre)[0]
+        return domain.polar(position, self.centre)[0]
 
 
 def resolved(radius: float, depth: float, grain_radius: float) -> bool:
@@ -122,13 +122,13 @@ def measure(foot: np.ndarray, height: np.ndarray, domain: Domain, noise: float) 
     radius, depth = 0.3 * domain.arc, 0.0
     nothing = Cavity(0.0, 0.0, 0.0, float(max(0.0, np.percentile(height, 99))), centre)
     for _ in range(4):
-        distance, azimuth = domain.around(foot, centre)
+        distance, azimuth = domain.polar(foot, centre)
         inner = distance < max(radius, np.sort(distance)[min(3, len(distance) - 1)])
         weight = np.where(inner, np.maximum(-height - _DEEP * -float(height[inner].min()), 0.0), 0.0)
         if float(height[inner].min()) >= 0.0 or weight.sum() == 0.0:
             return nothing
         centre = domain.on_datum(weight @ foot / weight.sum())
-        distance, azimuth = domain.around(foot, centre)
+        distance, azimuth = domain.polar(foot, centre)
         inner = distance < max(0.5 * radius, np.sort(distance)[min(3, len(distance) - 1)])
         depth = -float(np.percentile(height[inner], 3))
         if depth < noise:

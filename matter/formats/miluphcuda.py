@@ -200,6 +200,6 @@ def _active(path: Path, taken: Sequence[tuple[str, Any, str]], time: list[float]
         reading.take(field, np.asarray(values)[alive], name)
     if time:
         reading.at(time[0], "time")
-    if gone := int(np.count_nonzero(~alive)):
-        reading.leave(f"{gone} deactivated particles")
+    if deactivated := int(np.count_nonzero(~alive)):
+        reading.leave(f"{deactivated} deactivated particles")
     return reading

@@ -104,7 +104,7 @@ class Datum:
         chord = np.linalg.norm(feet - centre, axis=1)
         return np.asarray(2.0 * self.radius * np.arcsin(np.minimum(0.5 * chord / self.radius, 1.0)))
 
-    def around(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    def polar(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Distance along the surface [m] and azimuth [rad] about a ``centre`` (3,) on it; azimuth 0 is towards +x."""
         up = self.up(centre[None])[0]
         aside = np.array([1.0, 0.0, 0.0]) if abs(up[0]) < 0.9 else np.array([0.0, 1.0, 0.0])
@@ -120,7 +120,7 @@ class Datum:
 
     def azimuth(self, position: np.ndarray) -> np.ndarray:
         """Azimuth about the site [rad] in (-pi, pi], 0 along +x (downrange)."""
-        return self.around(position, self.site)[1]
+        return self.polar(position, self.site)[1]
 
     @property
     def half_round(self) -> float:

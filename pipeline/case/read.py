@@ -132,7 +132,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
     table = presets.get(preset, {}) if preset else {}
     document, complaints, set_here = _without_left_out(overlay.merged(content, table), table), [], list[KeyPath]()
     if size is not None:
-        document = sizes.laid(document, size)
+        document = sizes.at_size(document, size)
     for assignment in overrides:
         try:
             path, value = overlay.parsed(assignment)

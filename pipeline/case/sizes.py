@@ -22,7 +22,7 @@ RESOLUTION = {
 """Keys that a size replaces: they would fix the number of particles, or belong to another one."""
 
 
-def laid(document: dict[str, Any], size: str) -> dict[str, Any]:
+def at_size(document: dict[str, Any], size: str) -> dict[str, Any]:
     """The document of a case at a size: its own resolution taken out, the numbers put in. Raises ``InputError`` for an
     unknown size."""
     if size not in SIZES:

@@ -202,7 +202,7 @@ def _make(
     """Make a stage, or go on with it, in a folder of the store."""
     run_folder, source = request.run_folder, request.case.outside.get(stage)
     label, made_by = stages.folder(run_folder, stage).name, who.as_record()
-    spent, continued = folder.begin(stage_folder, who.inputs, made_by)
+    earlier_wall_s, continued = folder.begin(stage_folder, who.inputs, made_by)
     view.show(run_folder, stage, stage_folder)
     journal.opens(stage)
     journal.screen.begins(stage, f"{label}: {'continued' if continued else 'begins'}")
@@ -221,9 +221,9 @@ def _make(
         outcome.unsound[stage] = str(reason).replace(str(stage_folder), str(stages.folder(run_folder, stage)))
         more["unsound"] = outcome.unsound[stage].replace(str(run_folder), _RUN)
     except BaseException:
-        folder.note_spent(stage_folder, who.inputs, spent + time.monotonic() - began, made_by)
+        folder.note_wall_time(stage_folder, who.inputs, earlier_wall_s + time.monotonic() - began, made_by)
         raise
-    wall_s = spent + time.monotonic() - began
+    wall_s = earlier_wall_s + time.monotonic() - began
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * (1 if sys.platform == "darwin" else 1024)
     sizes = {
         "process_peak_memory_bytes": peak,

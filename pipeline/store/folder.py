@@ -87,12 +87,12 @@ def begin(stage_folder: Path, inputs: str, made_by: Mapping[str, Any]) -> tuple[
         shutil.rmtree(stage_folder)
     stage_folder.mkdir(parents=True, exist_ok=True)
     archive.remove_unfinished(stage_folder)
-    spent = float(before.get("wall_s", 0.0)) if continued else 0.0
-    note_spent(stage_folder, inputs, spent, made_by)
-    return spent, continued
+    earlier_wall_s = float(before.get("wall_s", 0.0)) if continued else 0.0
+    note_wall_time(stage_folder, inputs, earlier_wall_s, made_by)
+    return earlier_wall_s, continued
 
 
-def note_spent(stage_folder: Path, inputs: str, wall_s: float, made_by: Mapping[str, Any]) -> None:
+def note_wall_time(stage_folder: Path, inputs: str, wall_s: float, made_by: Mapping[str, Any]) -> None:
     """Keep the wall time [s] of an unfinished stage, and the program that makes it."""
     archive.write_json(stage_folder / BEGUN, {"inputs_sha256": inputs, "wall_s": round(wall_s, 3), **made_by})
 

@@ -68,7 +68,7 @@ SHOCK = "sph"
 """The last stage of a member that does not run the whole chain."""
 
 
-def laid(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[str, Any]) -> dict[str, Any]:
+def merged_sweep(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[str, Any]) -> dict[str, Any]:
     """``[sweep]`` of a case with other keys (``given``) and values (``varied``) laid over it."""
     vary = content.get("vary", {})
     return {**content, **given, "vary": {**flat(vary), **varied} if isinstance(vary, Mapping) else vary}
@@ -76,7 +76,7 @@ def laid(content: Mapping[str, Any], given: Mapping[str, Any], varied: Mapping[s
 
 def read_table(content: Mapping[str, Any], options: Iterable[str]) -> SweepTable:
     """``[sweep]`` of a case with the ``--vary`` options laid over it. Raises ``InputError`` with every mistake."""
-    whole = laid(content, {}, dict(parsed(option) for option in options))
+    whole = merged_sweep(content, {}, dict(parsed(option) for option in options))
     faults: list[tuple[KeyPath, str]] = [*prior_faults(whole)]
     try:
         table = SweepTable.model_validate(whole)

@@ -137,14 +137,14 @@ FRONT = (0.5, 2.5)
 the last grains lie one by one."""
 
 
-def front(place: np.ndarray, deep: np.ndarray) -> float:
+def front(position: np.ndarray, deep: np.ndarray) -> float:
     """Distance [d] at which the straight line through the outer slope of a deposit comes to nothing."""
     last = int(np.flatnonzero(deep > FRONT[0])[-1])
     first = last
     while first > 0 and deep[first - 1] < FRONT[1]:
         first -= 1
     first = min(first, last - 2)
-    slope, offset = np.polyfit(place[first : last + 2], deep[first : last + 2], 1)
+    slope, offset = np.polyfit(position[first : last + 2], deep[first : last + 2], 1)
     return float(-offset / slope)
 
 
@@ -159,8 +159,8 @@ def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Col
     advance(bed, duration)
     while advance(bed, 2.0) > 0.02 and duration < 20.0 * math.sqrt(top):
         duration += 2.0
-    place, deep = thickness(bed)
-    edge = front(place, deep)
+    position, deep = thickness(bed)
+    edge = front(position, deep)
     inner = bed.X[np.hypot(bed.X[:, 0], bed.X[:, 1]) < max(2.0, 0.15 * radius)]
     expected = 1.24 * aspect if aspect < 1.7 else 1.6 * math.sqrt(aspect)
     high = aspect if aspect < 1.0 else 0.88 * aspect ** (1.0 / 6.0)
@@ -211,8 +211,8 @@ def hopper(hole: float, full: Assembly, radius: float, contact: Contact) -> Hopp
     times, out = [0.0], [0.0]
     while out[-1] < SHARES[1] * whole:
         advance(bed, 0.5)
-        gone = remove_fallen(bed, -2.0)
-        fallen, last = fallen + gone, bed.time if gone else last
+        removed = remove_fallen(bed, -2.0)
+        fallen, last = fallen + removed, bed.time if removed else last
         times.append(bed.time)
         out.append(whole - float(bed.mass[: bed.moving].sum()))
         if bed.time > last + 20.0:

@@ -146,7 +146,7 @@ def test_a_cavity_off_the_axis_is_measured_about_its_own_centre(region, shift):
         if isinstance(region, domain.Cone)
         else np.array([shift, 0.0, 0.0])
     )
-    along = region.around(foot, centre)[0]
+    along = region.polar(foot, centre)[0]
     height = np.minimum(0.0, -150e3 * (1.0 - (along / 400e3) ** 2)) + np.random.default_rng(1).normal(
         0.0, 5e3, len(foot)
     )

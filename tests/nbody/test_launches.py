@@ -62,7 +62,7 @@ def test_a_throw_returns_where_two_body_mechanics_says(body):
     share, angle = np.meshgrid([0.02, 0.3, 0.6, 0.8, 0.95], np.radians([20.0, 45.0, 75.0]))
     speed, angle, azimuth = escape * share.ravel(), angle.ravel(), np.linspace(0.0, 6.0, 15)
     throws = launched(body, speed, angle, azimuth)
-    fates = thrown.fly(throws, thrown.alone(throws), 300.0 * DAY)
+    fates = thrown.fly(throws, thrown.field_of_body(throws), 300.0 * DAY)
     turn, time = kepler(body, speed, angle)
     assert {fates.names[k] for k in fates.fate} == {"falls back"}
     np.testing.assert_allclose(fates.time, time, rtol=1e-8)
@@ -79,11 +79,11 @@ def test_no_step_jumps_over_a_body_that_hardly_pulls():
     still = np.zeros((1, 2, 3, 6))
     still[0, 0, 0, 0], still[0, 1, 2, 0] = 1e12, far
     orbits = Orbits(still, 1e30, np.array([0.0, 1e3, 1e-9]), 0.0)
-    sky = thrown.Sky(orbits, ("stone", "moon"), np.array([100.0, size]), 0, None, 1e9, np.eye(3))
+    field = thrown.FlightField(orbits, ("stone", "moon"), np.array([100.0, size]), 0, None, 1e9, np.eye(3))
     stone = Body("stone", "stone", 1e3, 100.0)
     off = size - np.array([-1e3, 1e3, 1e4, 5e4])
     throws = launched(stone, 5e3, 0.5 * math.pi - np.arctan(off / far))
-    fates = thrown.fly(throws, sky, 10.0 * DAY)
+    fates = thrown.fly(throws, field, 10.0 * DAY)
     assert [fates.names[k] for k in fates.fate] == ["leaves", "hits moon", "hits moon", "hits moon"]
     deep = np.sqrt(size**2 - off[1:] ** 2)  # half the chord
     np.testing.assert_allclose(fates.time[1:], (np.hypot(far, off[1:]) - deep) / 5e3, rtol=1e-4)
@@ -92,7 +92,7 @@ def test_no_step_jumps_over_a_body_that_hardly_pulls():
 def test_what_is_faster_than_escape_leaves_and_a_grazing_throw_falls_at_once():
     escape = math.sqrt(2.0 * RYUGU.gm / RYUGU.radius)
     throws = launched(RYUGU, [0.999 * escape, 1.001 * escape, 0.1], [1.0, 1.0, 0.0])
-    fates = thrown.fly(throws, thrown.alone(throws), 100.0 * DAY)
+    fates = thrown.fly(throws, thrown.field_of_body(throws), 100.0 * DAY)
     assert [fates.names[k] for k in fates.fate] == ["still flies", "leaves", "falls back"]
     assert fates.time[2] == 0.0 and np.isnan(fates.position[:2]).all()
 
@@ -100,9 +100,9 @@ def test_what_is_faster_than_escape_leaves_and_a_grazing_throw_falls_at_once():
 def test_under_the_sun_a_slow_throw_from_ryugu_keeps_its_arc():
     """The Sun's tide at the Hill sphere's edge is as strong as Ryugu; on an arc of 200 m it is 1e-6 of it."""
     throws = launched(RYUGU, 0.2, np.radians(60.0), time=[4000.0])
-    sky = thrown.around(throws, RYUGU, Site(0.4, 1.0), 30.0 * DAY, 3)
-    assert sky.paths.energy_error < 1e-9
-    fates = thrown.fly(throws, sky, 30.0 * DAY)
+    field = thrown.field_with_companions(throws, RYUGU, Site(0.4, 1.0), 30.0 * DAY, 3)
+    assert field.paths.energy_error < 1e-9
+    fates = thrown.fly(throws, field, 30.0 * DAY)
     turn, time = kepler(RYUGU, 0.2, np.radians(60.0))
     assert fates.names[fates.fate[0]] == "falls back"
     assert landed(fates, RYUGU)[0] == pytest.approx(turn, rel=1e-4)
@@ -113,9 +113,9 @@ def test_from_callisto_by_jupiter_a_throw_lands_within_the_tide_of_its_arc():
     """Jupiter's tide over an arc of height h is 3 GM_J r / (a^3 g) of Callisto's pull: 1.5e-4 at its surface."""
     speed, angle = np.array([300.0, 900.0]), np.radians([45.0, 60.0])
     throws = launched(CALLISTO, speed, angle)
-    sky = thrown.around(throws, CALLISTO, Site(0.3, -1.2, 0.5), 20.0 * DAY, 5)
-    assert sky.names == ("Jupiter", "Io", "Europa", "Ganymede", "Callisto") and sky.home == 4
-    fates = thrown.fly(throws, sky, 20.0 * DAY)
+    field = thrown.field_with_companions(throws, CALLISTO, Site(0.3, -1.2, 0.5), 20.0 * DAY, 5)
+    assert field.names == ("Jupiter", "Io", "Europa", "Ganymede", "Callisto") and field.home == 4
+    fates = thrown.fly(throws, field, 20.0 * DAY)
     turn, time = kepler(CALLISTO, speed, angle)
     jupiter = load("jupiter")
     tide = 3.0 * jupiter.gm * CALLISTO.radius**3 / (CALLISTO.semi_major_axis**3 * CALLISTO.gm)
@@ -127,13 +127,13 @@ def test_from_callisto_by_jupiter_a_throw_lands_within_the_tide_of_its_arc():
 
 def test_the_frame_of_the_run_lies_on_the_moon_as_the_site_says():
     throws = launched(CALLISTO, 100.0, 1.0)
-    east = thrown.around(throws, CALLISTO, Site(0.0, -0.5 * math.pi, 0.5 * math.pi), DAY, 1)
+    east = thrown.field_with_companions(throws, CALLISTO, Site(0.0, -0.5 * math.pi, 0.5 * math.pi), DAY, 1)
     planet, moon = (east.paths.state(k, 0.0) for k in (1, 5))
     away, motion = moon[0] - planet[0], moon[1] - planet[1]
     # 90 deg west of the sub-planet meridian: the leading side; +x to the east there: towards the planet
     assert east.axes[2] @ motion / np.linalg.norm(motion) == pytest.approx(1.0, abs=1e-12)
     assert east.axes[0] @ away / np.linalg.norm(away) == pytest.approx(-1.0, abs=1e-12)
-    north = thrown.around(throws, CALLISTO, Site(math.radians(30.0), 1.0, 0.0), DAY, 1)
+    north = thrown.field_with_companions(throws, CALLISTO, Site(math.radians(30.0), 1.0, 0.0), DAY, 1)
     assert north.axes[2][2] == pytest.approx(0.5) and north.axes[0][2] == pytest.approx(math.cos(math.radians(30.0)))
     np.testing.assert_allclose(north.axes @ north.axes.T, np.eye(3), atol=1e-14)
     assert np.linalg.det(north.axes) == pytest.approx(1.0)
@@ -151,12 +151,12 @@ def test_escapes_from_callisto_hit_jupiter_or_go_on_round_it():
     kept = math.hypot(0.1 * round_speed, math.sqrt(own))
     throws = launched(CALLISTO, [back, gone, kept], 0.5 * math.pi)
     trailing, leading = (Site(0.0, sign * 0.5 * math.pi) for sign in (1.0, -1.0))
-    falls = thrown.fly(throws, thrown.around(throws, CALLISTO, trailing, 60.0 * DAY, 2), 60.0 * DAY)
+    falls = thrown.fly(throws, thrown.field_with_companions(throws, CALLISTO, trailing, 60.0 * DAY, 2), 60.0 * DAY)
     assert falls.names[falls.fate[0]] == "hits Jupiter"
     period = 2.0 * math.pi * math.sqrt((0.5 * a) ** 3 / jupiter.gm)
     assert falls.time[0] == pytest.approx(0.5 * period, rel=0.05)
     assert falls.speed[0] == pytest.approx(math.sqrt(2.0 * jupiter.gm / jupiter.radius), rel=0.03)
-    leaves = thrown.fly(throws, thrown.around(throws, CALLISTO, leading, 400.0 * DAY, 2), 400.0 * DAY)
+    leaves = thrown.fly(throws, thrown.field_with_companions(throws, CALLISTO, leading, 400.0 * DAY, 2), 400.0 * DAY)
     assert leaves.names[leaves.fate[1]] == "leaves" and np.isnan(leaves.position[1]).all()
     assert leaves.names[leaves.fate[2]] != "leaves"
 
@@ -179,7 +179,7 @@ def test_a_throw_from_callisto_at_ganymede_hits_it():
         there = longitude[2] + math.sqrt(jupiter.gm / b**3) * travel
         off = (there - longitude[3] - math.pi + math.pi) % (2.0 * math.pi) - math.pi
         if abs(off) < 0.02:
-            fates = thrown.fly(throws, thrown.around(throws, CALLISTO, site, until, seed), until)
+            fates = thrown.fly(throws, thrown.field_with_companions(throws, CALLISTO, site, until, seed), until)
             hit |= {fates.names[k] for k in fates.fate}
     assert "hits Ganymede" in hit
 

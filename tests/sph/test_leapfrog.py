@@ -54,5 +54,5 @@ def test_a_sort_between_steps_changes_nothing():
     builds = i.neighbourhood.builds
     moved, stayed = run(i, 2e-3, 2e-4), run(still, 2e-3, 2e-4)
     assert i.neighbourhood.builds > builds
-    apart = (moved[0] - stayed[0] - 2000.0 * 2e-3 + 6.0) % 12.0 - 6.0
-    assert np.abs(apart).max() < 1e-9 and moved[1] == pytest.approx(stayed[1], rel=1e-11)
+    separation = (moved[0] - stayed[0] - 2000.0 * 2e-3 + 6.0) % 12.0 - 6.0
+    assert np.abs(separation).max() < 1e-9 and moved[1] == pytest.approx(stayed[1], rel=1e-11)

@@ -54,7 +54,7 @@ def test_a_pair_that_comes_into_reach_is_listed_before_a_lone_particle_of_usual_
         cloud.position += DT * cloud.velocity
         around.update(cloud, DT)
         lone = int(np.flatnonzero(cloud.neighbours == 0)[0])
-        apart = np.linalg.norm(np.delete(cloud.position, lone, axis=0) - cloud.position[lone], axis=1).min()
-        if apart < 2.6:
+        separation = np.linalg.norm(np.delete(cloud.position, lone, axis=0) - cloud.position[lone], axis=1).min()
+        if separation < 2.6:
             break
     assert around.pairs is not None and around.pairs.count[lone] > 0
