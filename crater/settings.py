@@ -49,6 +49,9 @@ class ChainError(Model):
     """Of the transient crater where it is deepest."""
     final: Errors = Errors()  # type: ignore[valid-type]
     """Of the final crater."""
+    holds: tuple[Literal["draws", "size", "handoff", "alpha"], ...] = ("draws", "size", "handoff", "alpha")
+    """Parts that they hold: ``draws`` of particles and grains, ``size`` of both, time of the ``handoff``, its
+    ``alpha``."""
 
 
 class Published(Model):

@@ -1,62 +1,81 @@
-"""The chain error of a case: other draws of particles and grains, a coarser size, an earlier and a later handoff;
-written to the case's expected.toml.
+"""Write a case's expected.toml from the runs of its errors, which it makes where they are missing.
 
-    python studies/chain_error.py --case cases/valhalla_980km --preset quick --members 8 --out runs/chain_error
-    [--threads T] [--only-evaluate] [--dry]
+    python studies/chain_error.py --case cases/valhalla_980km --preset quick --out runs [--threads T]
 
-Each member is a run of ``run_case`` in OUT; stages that agree are made once. What is done is not made again: the same
-command continues after any stop, and the table holds what is there so far. Formulas:
-``pipeline/uncertainty/chain_error.py``.
+The runs are those of ``run_case CASE --errors`` (``pipeline/sweeps/error_study.py``). What is done is not made again:
+the same command continues after any stop. The other presets' tables of the file stay as they are.
 """
 
 from __future__ import annotations
 
 import argparse
 import sys
+import time
+from collections.abc import Sequence
 from pathlib import Path
 
+import tomlkit
+
 from matter.errors import InputError, Stopped
+from matter.files import archive
+from pipeline.case import read as cases
 from pipeline.settings import expected
+from pipeline.store import provenance
+from pipeline.sweeps import error_study
+from pipeline.sweeps.error_study import ErrorStudy
 from pipeline.uncertainty import chain_error
+from pipeline.uncertainty.chain_error import Row
 
 
 def main() -> int:
-    """Run the members, print the table, write expected.toml; the exit code."""
+    """Make the runs, print the table, write expected.toml; the exit code."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--case", type=Path, required=True, help="folder of the case")
     parser.add_argument("--preset", help="preset of the case (default: as run_case)")
-    parser.add_argument(
-        "--members",
-        type=int,
-        default=8,
-        help="draws, the case as it is included; every second one has a shock stage of its own",
-    )
-    parser.add_argument("--out", type=Path, required=True, help="folder of the runs")
-    parser.add_argument("--threads", type=int, help="threads of each run")
-    parser.add_argument("--only-evaluate", action="store_true", help="run nothing, evaluate what is done")
-    parser.add_argument("--dry", action="store_true", help="do not write expected.toml")
+    parser.add_argument("--out", type=Path, default=Path("runs"), help="folder of the runs")
+    parser.add_argument("--threads", type=int, default=1, help="threads of each run")
     given = parser.parse_args()
-    study = chain_error.Study(given.case, given.preset, given.out, given.members)
-    failed: list[str] = []
     try:
-        if not given.only_evaluate:
-            failed = chain_error.make(study, given.threads, say=lambda words: print(words, flush=True))
-        rows = chain_error.evaluate(study)
+        study = ErrorStudy(cases.read(given.case, given.preset), given.out)
+        failed = error_study.make(study, given.threads, lambda words: print(words, flush=True))
+        rows = study.rows()
     except (InputError, Stopped) as reason:
         print(reason, file=sys.stderr)
         return reason.exit_code
-    chain_error.keep(rows, failed, given.out)
     print(f"\n{chain_error.text(rows)}")
-    if failed:
-        print(f"could not be made: {', '.join(failed)}")
-    if not given.dry:
-        file = given.case / expected.FILE
-        preset = f" --preset {given.preset}" if given.preset else ""
-        chain_error.write(
-            study, rows, f"python studies/chain_error.py --case {given.case}{preset} --members {given.members}", file
-        )
-        print(f"written to {file}")
-    return 0
+    preset = f" --preset {given.preset}" if given.preset else ""
+    write(study, rows, f"run_case {given.case}{preset} --errors", given.case / expected.FILE)
+    print(f"written to {given.case / expected.FILE}")
+    return 1 if failed else 0
+
+
+def write(study: ErrorStudy, rows: Sequence[Row], command: str, file: Path) -> None:
+    """Write the rows as the preset's table of an ``expected.toml``. Raises ``InputError`` where the file that comes
+    out cannot be read."""
+    content = tomlkit.parse(file.read_text()) if file.is_file() else tomlkit.document()
+    if not file.is_file():
+        content.add(tomlkit.comment(f"What the presets of {study.case.name} come to, with errors; written by"))
+        content.add(tomlkit.comment("studies/chain_error.py (formulas: pipeline/uncertainty/chain_error.py)."))
+    made_by = provenance.commit()
+    changed = " with changes" if made_by.get("uncommitted_changes") else ""
+    table = tomlkit.table()
+    table.add("command", command)
+    table.add("commit", made_by.get("commit", "unknown") + changed)
+    table.add("measured", time.strftime("%Y-%m-%d"))
+    table.add("members", max(len(row.values) for row in rows))
+    table.add("shocks", study.shocks)
+    for crater in expected.CRATERS:
+        if mine := [row for row in rows if row.crater == crater]:
+            table.add(crater, {row.measure: _entry(row) for row in mine})
+    content[study.case.preset or expected.NO_PRESET] = table
+    archive.write_text(file, tomlkit.dumps(content))
+    expected.read(file.parent)
+
+
+def _entry(row: Row) -> dict[str, str]:
+    factor, unit = expected.scale(row.measure, row.mean)
+    cells = {"value": row.mean, "measuring": row.measuring, **row.parts}
+    return {name: f"{cell * factor:.4g} {unit}" for name, cell in cells.items()}
 
 
 if __name__ == "__main__":

@@ -32,7 +32,7 @@ def main() -> int:
         if (table := expected.expected_result(case)) is None:
             raise InputError(
                 f"{given.case / expected.FILE} says nothing of the preset {given.preset}: studies/chain_error.py "
-                f"measures it"
+                f"writes it"
             )
         arguments = [str(given.case), "--preset", given.preset, "--out", str(given.out)]
         code = run_process.as_process(arguments + (["--threads", str(given.threads)] if given.threads else []))

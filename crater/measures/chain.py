@@ -1,28 +1,39 @@
 """The chain error: how far a measure moves by what a run chose without a reason, and what no single run can show.
 
 One run knows how well its crater can be read off (``sigma_parts`` azimuth, resolution, datum, method). It does not
-know how far the crater itself would be elsewhere with other draws of the random particles and grains, a coarser size,
-an earlier or later handoff. That is measured once for a shipped case (``studies/chain_error.py``), stands in the
-case's ``expected.toml``, and joins every error in quadrature as ``sigma_parts.chain``.
+know how far the crater itself would be elsewhere with other draws of the random particles and grains, another
+resolution, an earlier or later handoff, another alpha. Further runs measure that (``run_case CASE --errors``); for a
+shipped case it stands in ``expected.toml``. It joins every error in quadrature as ``sigma_parts.chain``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from crater.measures.measure import Measures, Quantity
-from matter.case.body import Model
 from matter.wording.crater_measures import COMPARED
 
+if TYPE_CHECKING:
+    from crater.measures.measure import Measures, Quantity
+    from matter.case.body import Model
+
 PART = "chain"
-UNKNOWN = "chain error not known: the errors cover this run only, not random seed, resolution or handoff time"
-KNOWN = (
-    "errors include the chain error (sigma_parts.chain in measures.json: other draws of particles and grains, another "
-    "size, another time of the handoff)"
-)
+PARTS = {"draws": "random seeds", "size": "resolution", "handoff": "time of the handoff", "alpha": "alpha"}
+"""Parts of the chain error and what each is, in words."""
+OF_HANDOFF = ("handoff", "alpha")
+"""Parts that only a run with a handoff has."""
+UNKNOWN = "chain error not known: the errors cover the reading of this run only (run_case CASE --errors measures it)"
+KNOWN = "errors include the chain error (sigma_parts.chain in measures.json)"
+
+
+def missing(held: Collection[str], handed_over: bool) -> str:
+    """Which parts of the chain error an error that holds the parts ``held`` leaves out, in words; empty where none.
+    ``handed_over``: whether the run has a handoff."""
+    left_out = [words for part, words in PARTS.items() if part not in held and (handed_over or part not in OF_HANDOFF)]
+    return f"without {', '.join(left_out)}" if left_out else ""
 
 
 def with_chain(measures: Measures, errors: Model) -> Measures:

@@ -14,7 +14,7 @@ from crater.measures import chain
 from crater.measures.measure import Measures, Quantity
 from crater.pages import block_view, report_evidence, report_matter
 from crater.results import column_labels, handover
-from crater.results.findings import Findings, columns, final_entry
+from crater.results.findings import Findings, columns, final_entry, missing_errors
 from crater.scaling import crater_size as scaling
 from matter.files import archive
 from matter.wording import drawing, page, readable
@@ -75,6 +75,8 @@ def headline(findings: Findings) -> str:
         label, m = held[-1]
         state = "settled" if label.title == "final" else label.title
         said = f"{_in_words('D', m['diameter_apparent_m'], ' =')}, {_in_words('depth', m['depth_m'])}, {state}"
+        if (without := missing_errors(findings)) and m["depth_m"].sigma is not None:
+            said += f" (errors {without})"
     if findings.body:
         body = findings.body[-1]
         hollow = body.kind in ("crater", "not resolved")

@@ -275,6 +275,12 @@ def with_chain_errors(findings: Findings, known: ChainError | None) -> Findings:
     return replace(findings, shock=shock, grains=grains)
 
 
+def missing_errors(findings: Findings) -> str:
+    """Which parts of the chain error the errors of a run leave out, in words; empty where none."""
+    known = findings.settings.chain
+    return chain.missing(known.holds if known is not None else (), findings.grains is not None)
+
+
 def judged(findings: Findings, facts: Mapping[str, Any]) -> Findings:
     """The findings with their ``soundness``; the craters of a run that is not resolved lose their errors."""
     findings = replace(findings, soundness=facts)

@@ -12,7 +12,7 @@ from crater.ejecta import catalogue, size_classes
 from crater.ground import radial_profile
 from crater.measures.measure import Measures, Quantity
 from crater.results import handover, measurement_config, series
-from crater.results.findings import LATE_SHOCK, Findings, final_entry, time_of
+from crater.results.findings import LATE_SHOCK, Findings, final_entry, missing_errors, time_of
 from matter.files import archive, snapshot
 from matter.wording.crater_measures import MOMENTS
 
@@ -55,6 +55,7 @@ def measures_json(findings: Findings) -> dict[str, Any]:
     content["measured_with"] = {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.configs.items()}
     if engine := _engine_of(findings.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
+    content["errors_without"] = missing_errors(findings)
     if findings.soundness:
         content["soundness"] = findings.soundness
     if findings.shock is not None and findings.shock.molten.get("parts"):

@@ -121,6 +121,14 @@ def run_case(
             metavar="N", help="Run N draws of particles and grains; their spread becomes the error of the first."
         ),
     ] = None,
+    errors: Annotated[
+        bool,
+        typer.Option(
+            "--errors",
+            help="Measure the errors of the result by some ten further runs: random seeds, resolution, time and alpha "
+            "of the handoff (--check: what they cost).",
+        ),
+    ] = False,
     scheduler: Annotated[
         str | None,
         typer.Option(
@@ -187,6 +195,11 @@ def run_case(
         if threads is not None and "numba" not in sys.modules:
             os.environ["NUMBA_NUM_THREADS"] = str(threads)
         read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out, size)
+        if errors:
+            from pipeline.commands import error_command
+
+            others = [(sweep or vary, "a sweep"), (ensemble is not None, "--ensemble"), (emit, "--emit")]
+            return error_command.with_errors(read, out or RUNS, threads, check, status, [*others, (until, "--until")])
         if sweep or vary or status or emit or ensemble is not None:
             from pipeline.commands import sweep_command
 

@@ -22,14 +22,19 @@ def table(run: Path) -> str:
     measures = archive.read_json(path)
     columns = column_labels.columns(measures)
     rows = [("", [label.title for label, _ in columns]), ("", [label.when for label, _ in columns])]
+    without = measures.get("errors_without", "")
     for row in (row for row in TABLE if row.terminal):
         cells = [shown(entry.get(row.name)) for _, entry in columns]
         if any(cells):
-            rows.append((row.words, [cell or "--" for cell in cells]))
+            missing = without if any("+-" in cell for cell in cells) else ""
+            rows.append((row.words, [*(cell or "--" for cell in cells), missing]))
     width = max(len(words) for words, _ in rows)
     widths = [max(len(cells[k]) for _, cells in rows) + 3 for k in range(len(columns))]
     lines = [
-        f"{words:<{width}}" + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths)) for words, cells in rows
+        f"{words:<{width}}"
+        + "".join(f"{cell:>{wide}}" for cell, wide in zip(cells, widths))
+        + "".join(f"   {words}" for words in cells[len(columns) :] if words)
+        for words, cells in rows
     ]
     if verdict := measures.get("soundness", {}).get("not_resolved"):
         lines.insert(0, f"NOT RESOLVED: {verdict}")

@@ -5,7 +5,7 @@ One table per preset, in it one per crater (``transient``, at its largest volume
 ``final``) and measure:
 
     [quick]
-    command = "python studies/chain_error.py --case cases/valhalla_980km --preset quick"
+    command = "run_case cases/valhalla_980km --preset quick --errors"
     commit = "..."
     ...
     [quick.final.diameter_apparent_m]
@@ -13,10 +13,11 @@ One table per preset, in it one per crater (``transient``, at its largest volume
     measuring = "14 km"     # how well one run's crater can be read off
     draws = "16 km"         # standard deviation over draws of particles and grains
     handoff = "40 km"       # by handing over half and twice as late
-    size = "10 km"          # by half the number of particles and grains
+    alpha = "3 km"          # by two thirds and one and a half of the handoff's alpha
+    size = "10 km"          # by a ladder of coarser runs
 
-The last three are the parts of the chain error (``crater.chain``); what was not measured is left out.
-``pipeline.uncertainty.chain_error`` writes the file. A run is held against it only where the values that decide its
+The last four are the parts of the chain error (``crater.chain``); what was not measured is left out.
+``studies/chain_error.py`` writes the file. A run is held against it only where the values that decide its
 result are those of the shipped case and preset.
 """
 
@@ -30,6 +31,7 @@ from typing import Annotated, Any, Generic, TypeVar
 
 from pydantic import Field, ValidationError, field_validator, model_validator
 
+from crater.measures.chain import PARTS
 from crater.settings import of_each_measure
 from matter.case.body import Model
 from matter.case.identity_fields import identity_fields
@@ -46,7 +48,6 @@ from pipeline.store import folder
 FILE = "expected.toml"
 NO_PRESET = "case"
 """Name of the table of a case without presets."""
-PARTS = ("draws", "handoff", "size")
 AGREES = 2.0
 """A run agrees with what is expected within this many standard errors."""
 Q = TypeVar("Q")
@@ -63,8 +64,10 @@ class Expectation(Model, Generic[Q]):
     """Standard deviation over draws of particles and grains."""
     handoff: Q | None = None
     """What an earlier and a later handoff change."""
+    alpha: Q | None = None
+    """What a smaller and a larger alpha of the handoff change."""
     size: Q | None = None
-    """What half the number of particles and grains changes."""
+    """What the number of particles and grains changes."""
 
     @model_validator(mode="after")
     def _errors_have_a_size(self) -> Expectation:
@@ -192,13 +195,15 @@ def chain_of(case: cases.Case) -> dict[str, Any]:
     expected = expected_result(case) if case.run is None else None
     if expected is None or not as_shipped(case):
         return {}
-    table: dict[str, dict[str, str]] = {}
+    table: dict[str, Any] = {}
+    held = set()
     for crater in CRATERS:
         for name in COMPARED:
             entry = getattr(getattr(expected, crater), name)
             if entry is not None and entry.chain is not None:
                 table.setdefault(crater, {})[name] = f"{entry.chain!r} {UNITS[name]}"
-    return table
+                held |= {part for part in PARTS if getattr(entry, part) is not None}
+    return {**table, "holds": [part for part in PARTS if part in held]} if table else {}
 
 
 class Verdict(Model):

@@ -6,14 +6,16 @@ that the scatter of each is known. With y the values of a measure in groups of o
 ``chain_error.variance`` gives the variance of one run whose particles and grains are both redrawn; its root is the
 part ``draws`` of the chain error. The first member is measured once more with it (only the crater is recomputed): it
 stands as ``sigma_parts.chain`` with its measures. What an earlier or later handoff and another size would change is
-not in it (``studies/chain_error.py``).
+not in it (``pipeline.sweeps.error_study``).
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
 from typing import Any
 
+from crater.measures.chain import PARTS
 from matter.errors import InputError
 from matter.wording.crater_measures import COMPARED, UNITS
 from pipeline.running.request import Request
@@ -50,21 +52,26 @@ def spread(sweep: Sweep) -> list[Row]:
     """Mean, measuring error and scatter of every measure over the members that are measured; empty where fewer than
     two are."""
     values = {member.name: expected.values(sweep.requests[member.name].run_folder) for member in sweep.members}
-    draws = [
-        chain_error.Member("reference" if k == 0 else member.name, shock=int(member.values.get("sph.seed", 0)))
+    draws = {
+        chain_error.REFERENCE if k == 0 else member.name: int(member.values.get("sph.seed", 0))
         for k, member in enumerate(sweep.members)
         if values[member.name]
-    ]
-    if len(draws) < LEAST or draws[0].name != "reference":
+    }
+    if len(draws) < LEAST or chain_error.REFERENCE not in draws:
         return []
-    values["reference"] = values[sweep.members[0].name]
+    values[chain_error.REFERENCE] = values[sweep.members[0].name]
     rows = [chain_error.row(crater, name, values, draws) for crater in expected.CRATERS for name in COMPARED]
     return [row for row in rows if row is not None and row.draws is not None]
 
 
 def overrides(rows: Sequence[Row]) -> tuple[str, ...]:
-    """The spread as the case's own chain error, texts of ``--set``."""
-    return tuple(f'crater.chain.{row.crater}.{row.measure}="{row.draws!r} {UNITS[row.measure]}"' for row in rows)
+    """What the rows hold as the case's own chain error, texts of ``--set``; a part counts as held where all rows have
+    it."""
+    held = [part for part in PARTS if all(part in row.parts for row in rows)]
+    return (
+        f"crater.chain.holds={json.dumps(held)}",
+        *(f'crater.chain.{row.crater}.{row.measure}="{row.chain!r} {UNITS[row.measure]}"' for row in rows),
+    )
 
 
 def measured(sweep: Sweep, rows: Sequence[Row], threads: int) -> tuple[Request, list[str]]:

@@ -268,7 +268,8 @@ def _between(key: str, low: Number, high: Number, fraction: Any) -> list[Number]
 @dataclass(frozen=True)
 class Sweep:
     """A case (``where``, with ``preset`` and ``overrides``) and its members, in the folder of runs ``out``; ``until``:
-    the last stage of each; ``name`` begins that of its folder (by default the case's)."""
+    the last stage of each; ``name`` begins that of its folder (by default the case's), ``folder_name`` is that of its
+    folder, where what its members compute shall not decide it."""
 
     where: Path
     preset: str | None
@@ -278,6 +279,7 @@ class Sweep:
     members: tuple[Member, ...]
     until: str | None = None
     name: str = ""
+    folder_name: str = ""
 
     @cached_property
     def requests(self) -> dict[str, Request]:
@@ -328,6 +330,8 @@ class Sweep:
     @cached_property
     def folder(self) -> Path:
         """Where table, page and links are; the name follows from what the members compute."""
+        if self.folder_name:
+            return self.out / self.folder_name
         runs = [request.run_folder.name for request in self.requests.values()]
         name = self.name or next(iter(self.requests.values())).case.name
         return self.out / f"{name}-sweep-{hashlib.sha256(json.dumps(runs).encode()).hexdigest()[:8]}"

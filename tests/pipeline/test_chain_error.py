@@ -1,21 +1,31 @@
-"""The chain error: the formulas on known scatter, the members of a study, and how they share stages. Real members:
-studies/chain_error.py."""
+"""The chain error: formulas on known scatter, the ladder of resolutions, the runs of ``--errors`` and how they share
+stages."""
 
 from __future__ import annotations
 
-import json
 import math
+import os
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from matter.errors import InputError
+from matter.files import archive
+from pipeline.case import read as cases
+from pipeline.case import stages
+from pipeline.commands import error_command
+from pipeline.running import run_process
 from pipeline.settings import expected
 from pipeline.settings.compose import compose
-from pipeline.uncertainty import chain_error
-from pipeline.uncertainty.chain_error import Member, Study
+from pipeline.sweeps import error_study, sweep_run
+from pipeline.sweeps.error_study import ErrorStudy
+from pipeline.sweeps.sweep import Member
+from pipeline.uncertainty import chain_error, ladder
+from pipeline.uncertainty.chain_error import REFERENCE
 
+ROOT = Path(__file__).resolve().parents[2]
+FAKES = Path(__file__).resolve().parent / "fake_rooms"
 VALHALLA = Path(__file__).resolve().parents[2] / "cases" / "valhalla_980km"
 
 
@@ -54,18 +64,21 @@ def test_a_row_from_known_members():
         "draw_4": measured(104.0, 3.0),
         "handoff_x0.5": measured(80.0), "handoff_x2": measured(130.0), "coarser": measured(88.0),
     }  # fmt: skip
-    draws = [
-        Member("reference", shock=1),
-        Member("draw_2", shock=1),
-        Member("draw_3", shock=2),
-        Member("draw_4", shock=2),
-    ]
+    draws = {REFERENCE: 1, "draw_2": 1, "draw_3": 2, "draw_4": 2}
     row = chain_error.row("final", "depth_m", found, draws)
     # within (18 + 18)/2; between 2 (103 - 102)^2 + 2 (101 - 102)^2 = 4 over 1, less than within
     assert row.mean == 102.0 and row.draws == pytest.approx(math.sqrt(18.0)) and row.measuring == 3.0
     assert row.handoff == pytest.approx(math.sqrt(25.0**2 - chain_error.HALF_RANGE_OF_THREE * 18.0))
-    assert row.size == pytest.approx(math.sqrt(12.0**2 - 36.0))
+    # a straight line through 100 at 1 and 88 at 1.26; its slope has the scatter sqrt(2) s / 0.26
+    slope = 12.0 / (ladder.RATIO - 1.0)
+    assert row.ladder.order is None and row.ladder.extrapolated == pytest.approx(100.0 + slope)
+    assert row.size == pytest.approx(math.sqrt(slope**2 - 36.0 / (ladder.RATIO - 1.0) ** 2))
+    assert row.alpha is None and row.parts.keys() == {"draws", "handoff", "size"}
     assert row.chain == pytest.approx(math.sqrt(row.draws**2 + row.handoff**2 + row.size**2))
+    wide = found | {"alpha_x0.67": measured(70.0), "alpha_x1.5": measured(100.0)}
+    assert chain_error.row("final", "depth_m", wide, draws).alpha == pytest.approx(
+        math.sqrt(15.0**2 - chain_error.HALF_RANGE_OF_THREE * 18.0)
+    )
     # what is within the scatter of the draws is no further error, what is missing is not measured
     quiet = found | {"handoff_x0.5": measured(99.0), "handoff_x2": measured(101.0), "coarser": measured(102.0)}
     assert (
@@ -77,21 +90,51 @@ def test_a_row_from_known_members():
     assert chain_error.row("final", "rim_height_m", found, draws) is None
 
 
+@pytest.mark.parametrize("order", [1.0, 1.5, 2.0])
+def test_a_ladder_finds_the_order_and_the_limit_of_a_known_law(order):
+    rungs = [50.0 + 4.0 * h**order for h in ladder.RATIO ** np.arange(3)]
+    found = ladder.climb(rungs, 0.01)
+    assert found.order == pytest.approx(order) and found.extrapolated == pytest.approx(50.0)
+    assert found.size == pytest.approx(4.0, rel=1e-3)
+
+
+def test_a_ladder_within_the_scatter_has_no_order_and_no_size_on_average():
+    """Rungs that scatter by 1 and do not change: no order is claimed in nearly all, and the mean square of the size is
+    what the cut at 0 leaves of a mean of 0."""
+    drawn = np.random.default_rng(3).normal(50.0, 1.0, (4000, 3))
+    found = [ladder.climb(list(row), 1.0) for row in drawn]
+    assert np.mean([one.order is not None for one in found]) < 0.05
+    weights = np.linalg.pinv(np.stack([np.ones(3), ladder.RATIO ** np.arange(3)], axis=1))[1]
+    slopes = drawn @ weights
+    assert np.mean(slopes**2 - np.sum(weights**2)) == pytest.approx(0.0, abs=0.3)
+    assert np.mean([one.size == 0.0 for one in found]) == pytest.approx(0.683, abs=0.03)
+    assert ladder.climb([1.0], 0.0) is None
+    turning = ladder.climb([50.0, 54.0, 51.0], 0.01)  # neither rises nor falls throughout
+    assert turning.order is None
+
+
 @pytest.fixture
 def study(tmp_path):
-    """A study of the smallest shipped preset whose reference has handed over at 60 s."""
-    made = Study(VALHALLA, "tiny", tmp_path, draws=5)
-    handoff = made.run_folder(chain_error.reference()) / "4_handoff"
-    handoff.mkdir(parents=True)
-    (handoff / "handoff.json").write_text(json.dumps({"time_s": 60.0}))
+    """A study of the smallest shipped preset whose reference has handed over at 60 s with an alpha of 2."""
+    made = ErrorStudy(cases.read(VALHALLA, "tiny"), tmp_path)
+    record(made, time_s=60.0, alpha_spacings=2.0)
     return made
 
 
+def record(study, **facts):
+    folder = stages.folder(study.run, "handoff")
+    folder.mkdir(parents=True, exist_ok=True)
+    archive.write_json(folder / "handoff.json", facts)
+
+
 def test_every_member_differs_in_what_it_says(study):
-    members = {member.name: member for member in chain_error.others(study)}
-    assert list(members) == ["handoff_x0.5", "handoff_x2", "coarser", "draw_2", "draw_3", "draw_4", "draw_5"]
-    settings = {name: compose(study.read(member)) for name, member in members.items()}
-    origin = compose(study.read(chain_error.reference()))
+    whole = study.whole()
+    assert [member.name for member in whole.members] == [
+        "reference", "handoff_x0.5", "handoff_x2", "alpha_x0.67", "alpha_x1.5", "coarser", "coarsest", "draw_2",
+        "draw_3", "draw_4",
+    ]  # fmt: skip
+    settings = {name: compose(request.case) for name, request in whole.requests.items()}
+    origin = settings[REFERENCE]
 
     def changed(name):
         return {
@@ -103,75 +146,96 @@ def test_every_member_differs_in_what_it_says(study):
         }
 
     assert changed("handoff_x0.5") == {"handoff.time": 30.0} and changed("handoff_x2") == {"handoff.time": 120.0}
-    coarser = changed("coarser")
+    assert changed("alpha_x0.67") == {"handoff.alpha": 1.34} and changed("alpha_x1.5") == {"handoff.alpha": 3.0}
     sph = origin["sph"]
-    assert coarser["sph.spacing_at_impact"] ** 3 == pytest.approx(2.0 * sph.spacing_at_impact**3)
-    assert coarser["sph.spacing_far"] ** 3 == pytest.approx(2.0 * sph.spacing_far**3)
-    assert coarser["bed.count"] == origin["bed"].count / 2 and coarser["sph.projectile_particles"] == round(
-        sph.projectile_particles / 2
-    )
+    for name, parts in (("coarser", 2.0), ("coarsest", 4.0)):
+        rung = changed(name)
+        assert rung["sph.spacing_at_impact"] ** 3 == pytest.approx(parts * sph.spacing_at_impact**3)
+        assert rung["sph.spacing_far"] ** 3 == pytest.approx(parts * sph.spacing_far**3)
+        assert rung["bed.count"] == round(origin["bed"].count / parts)
+        assert rung["sph.projectile_particles"] == round(sph.projectile_particles / parts)
     assert (
         changed("draw_2") == {"bed.seed": 2}
         and changed("draw_3") == {"bed.seed": 3, "sph.seed": 2}
         and changed("draw_4") == {"bed.seed": 4, "sph.seed": 2}
     )
-    assert [members[f"draw_{k}"].shock for k in (2, 3, 4, 5)] == [1, 2, 2, 3]
-    assert (
-        settings["draw_2"]["sph"] == origin["sph"]
-        and settings["draw_4"]["sph"] == settings["draw_3"]["sph"] != origin["sph"]
-    )
-    assert len({study.run_folder(member) for member in members.values()}) == len(members)
+    assert study.shocks == 2 and len({request.run_folder for request in whole.requests.values()}) == 10
+    assert whole.folder == study.reference.folder and whole.folder.name.startswith("valhalla_980km-errors-")
 
 
 def test_a_shock_stage_that_ends_too_early_for_the_later_handoff_is_followed_on(study):
-    end = compose(study.read(chain_error.reference()))["sph"].end_time
+    end = study.settings["sph"].end_time
     for time, follows in ((0.5 * end, False), (0.75 * end, True)):
-        record = study.run_folder(chain_error.reference()) / "4_handoff" / "handoff.json"
-        record.write_text(json.dumps({"time_s": time}))
-        later = compose(study.read(next(m for m in chain_error.others(study) if m.name == "handoff_x2")))
+        record(study, time_s=time, alpha_spacings=2.0)
+        later = compose(study.whole().requests["handoff_x2"].case)
         assert later["handoff"].time == 2.0 * time
         assert later["sph"].end_time == (2.0 * time if follows else end)
 
 
-def test_members_are_made_once_share_stages_and_end_in_a_file(case_folder, tmp_path, drive, fake_stages, monkeypatch):
+@pytest.fixture
+def fakes(fake_stages, monkeypatch):
+    """Members are processes with the fake stages; the rungs change their steps, since they have no spacings. One later
+    handoff, which the fake one has no snapshot for, one alpha."""
+    monkeypatch.setattr(run_process, "_COMMAND", "import drive; drive.cli.run_case()")
+    monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), str(FAKES)]))
+    monkeypatch.setattr(sweep_run, "EVERY_S", 0.05)
+    monkeypatch.setattr(ErrorStudy, "_rungs", lambda study: [Member("coarser", {"sph.steps": 10})])
+    every = ErrorStudy._of_handoff
+    monkeypatch.setattr(ErrorStudy, "_of_handoff", lambda study: every(study)[1:3])
+
+
+def test_the_command_makes_runs_once_names_what_fails_and_ends_in_a_run_with_errors(
+    case_folder, tmp_path, fakes, capfd
+):
     """With the fake stages: the later handoff cannot be made and is named, the rest is kept, the same command makes
-    nothing anew."""
-    study = Study(case_folder, "quick", tmp_path / "runs", draws=2)
-    calls = []
-    monkeypatch.setattr(chain_error, "_coarser", lambda settings: ("sph.steps=10",))
-    monkeypatch.setattr(
-        chain_error.run_process, "as_process", lambda arguments: calls.append(arguments) or drive(*arguments)[0]
-    )
-    said = []
-    assert chain_error.make(study, say=said.append) == ["handoff_x2"]  # 120 s: the fake handoff has no such snapshot
-    assert (
-        len(calls) == 4 and "draw_2: done before" in said
-    )  # the fake stages have no seeds: the draw is the reference
-    half = study.run_folder(Member("handoff_x0.5", ('handoff.time="30.0 s"',)))
-    assert (half / "2_sph").is_symlink() and (half / "2_sph" / "starts.txt").read_text().split() == ["0"]
-    assert chain_error.make(study, say=said.append) == ["handoff_x2"] and len(calls) == 5
-    rows = chain_error.evaluate(study)
-    assert {(row.crater, row.measure): row.mean for row in rows} == {
-        ("transient", "diameter_apparent_m"): 8.1e5, ("transient", "depth_m"): 2.9e5, ("final", "depth_m"): 1.2e4,
-    }  # fmt: skip
-    assert all(row.chain == 0.0 for row in rows)
+    nothing anew but that; the last run carries the errors; expected.toml gets them."""
+    from studies import chain_error as script
+
+    out, others = tmp_path / "runs", [(None, "a sweep")]
+    case = cases.read(case_folder, "quick")
+    assert error_command.with_errors(case, out, 1, True, False, others) == 0
+    assert "4 members, 4 to do" in capfd.readouterr().out
+    for begun in (4, 1):
+        assert error_command.with_errors(case, out, 1, False, False, others) == 1
+        said = capfd.readouterr().out
+        assert "handoff_x2: failed, exit code 2" in said and said.count("begins (") == begun
+    assert "In the final crater of 4 runs with bolide" in said and "page: " in said
+    study = ErrorStudy(case, out)
+    assert (study.run / "2_sph" / "starts.txt").read_text().split() == ["0"]
+    where = study.whole().folder
+    assert where == next(out.glob("small-errors-*"))
+    kept = archive.read_json(where / error_study.FILE)
+    assert kept["could_not_be_made"] == ["handoff_x2"]
+    (depth,) = (row for row in kept["rows"] if (row["crater"], row["measure"]) == ("final", "depth_m"))
+    assert depth["mean"] == 1.2e4 and depth["parts"] == {"size": 0.0, "alpha": 0.0}
+    page = (where / error_study.PAGE).read_text()
+    assert "handoff.time = 120.0 s" in page and "failed" in page and "a quarter" in page
+    carries = Path(said.rsplit("result: ", 1)[1].strip())
+    assert 'holds = ["size", "alpha"]' in (carries / "case.used.toml").read_text() and carries != study.run
     file = case_folder / "expected.toml"
     file.write_text('[other]\ncommand = "c"\ncommit = "d"\nmeasured = "2026-01-01"\nmembers = 1\nshocks = 1\n')
-    chain_error.write(study, rows, "the command", file)
-    kept = expected.read(case_folder)
-    assert set(kept) == {"other", "quick"} and kept["quick"].command == "the command" and kept["quick"].shocks == 2
-    assert (
-        kept["quick"].transient.diameter_apparent_m.value == 8.1e5
-        and kept["quick"].transient.diameter_apparent_m.size == 0.0
-    )
-    chain_error.keep(rows, ["handoff_x2"], tmp_path)
-    assert json.loads((tmp_path / "chain_error.json").read_text())["could_not_be_made"] == ["handoff_x2"]
-    assert "8.1e+05" not in chain_error.text(rows) and " 810 " in chain_error.text(rows)
+    script.write(study, study.rows(), "the command", file)
+    written = expected.read(case_folder)
+    assert set(written) == {"other", "quick"} and written["quick"].command == "the command"
+    assert written["quick"].transient.diameter_apparent_m.value == 8.1e5 and written["quick"].shocks == 1
+    assert written["quick"].transient.diameter_apparent_m.size == 0.0 and written["quick"].final.depth_m.alpha == 0.0
 
 
-def test_without_the_reference_there_is_nothing_to_evaluate(case_folder, tmp_path, fake_stages):
-    with pytest.raises(InputError, match="is not done"):
-        chain_error.evaluate(Study(case_folder, "quick", tmp_path / "runs"))
+def test_without_the_case_itself_there_are_no_errors(case_folder, tmp_path, fakes):
+    study = ErrorStudy(cases.read(case_folder, "quick", ['handoff.time="120 s"']), tmp_path / "runs")
+    with pytest.raises(InputError, match="the case itself could not be run, exit code 2: see "):
+        error_study.make(study, 1, lambda words: None)
+    with pytest.raises(InputError, match="the case itself could not be run"):
+        study.rows()
+
+
+def test_what_does_not_go_with_errors_is_refused(case_folder, tmp_path, fake_stages):
+    case = cases.read(case_folder, "quick")
+    with pytest.raises(InputError, match="leave out --until"):
+        error_command.with_errors(case, tmp_path, 1, False, False, [(None, "a sweep"), ("dem", "--until")])
+    shock_alone = cases.read(case_folder, "quick", ['case.stages=["sph"]'])
+    with pytest.raises(InputError, match="measures no crater"):
+        error_command.with_errors(shock_alone, tmp_path, 1, False, False, [])
 
 
 @pytest.mark.parametrize(
@@ -184,24 +248,6 @@ def test_without_the_reference_there_is_nothing_to_evaluate(case_folder, tmp_pat
     ],
 )
 def test_a_row_is_written_in_units_of_its_size(measure, value, factor, unit):
-    row = chain_error.Row("final", measure, (value,), value, 0.01 * value, None, None, None)
-    assert chain_error.text([row]).splitlines()[1].split() == [
-        "final",
-        measure,
-        f"{value * factor:.4g}",
-        f"{0.01 * value * factor:.4g}",
-        "--",
-        "--",
-        "--",
-        "0",
-        unit,
-    ]
-
-
-def test_a_run_that_states_no_error_is_measured_by_its_parts():
-    stated = {"value": 10.0, "sigma": 5.0, "sigma_parts": {"azimuth": 3.0, "datum": 4.0}}
-    for entry in (stated, {**stated, "sigma": None}):
-        assert chain_error._measuring([entry]) == pytest.approx(5.0)
-    assert (
-        chain_error._measuring([{"value": 10.0, "sigma": 13.0, "sigma_parts": {"azimuth": 5.0, "chain": 12.0}}]) == 5.0
-    )
+    row = chain_error.Row("final", measure, (value,), value, 0.01 * value, None, None, None, None)
+    shown = [f"{value * factor:.4g}", f"{0.01 * value * factor:.4g}", "--", "--", "--", "--", "0"]
+    assert chain_error.text([row]).splitlines()[1].split() == ["final", measure, *shown, unit]

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import json
 
+import pytest
+
+from crater.measures import chain
 from pipeline.running import result
 
 
@@ -80,6 +83,26 @@ def test_errors_say_whether_they_hold_the_chain(tmp_path):
     assert "errors include the chain error" in table(
         tmp_path, final=entry(569e3, 74e3, 3840.0, chain=3e4, settled=True)
     )
+
+
+def test_a_number_says_in_its_line_what_its_error_leaves_out(tmp_path):
+    text = table(tmp_path, errors_without="without random seeds, resolution")
+    depth = next(line for line in text.splitlines() if line.startswith("depth below the datum"))
+    assert depth.endswith("74.0 +- 8.0 km   without random seeds, resolution")
+    assert "without" not in table(tmp_path, errors_without="").split("errors:")[0]
+
+
+@pytest.mark.parametrize(
+    ("held", "handed_over", "words"),
+    [
+        ((), True, "without random seeds, resolution, time of the handoff, alpha"),
+        ((), False, "without random seeds, resolution"),
+        (("draws",), False, "without resolution"),
+        (("draws", "size", "handoff", "alpha"), True, ""),
+    ],
+)
+def test_what_an_error_leaves_out_follows_from_what_it_holds(held, handed_over, words):
+    assert chain.missing(held, handed_over) == words
 
 
 def test_resolution_pressure_and_cautions_stand_below(tmp_path):

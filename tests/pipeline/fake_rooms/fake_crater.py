@@ -5,11 +5,13 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+from crater.settings import ChainError
 from matter.case.body import Model
 
 
 class Settings(Model):
     bins: int = 40
+    chain: ChainError | None = None
 
 
 def predict(settings: Settings) -> dict:
