@@ -154,7 +154,7 @@ def evaluated(row: Row, folder: Path) -> list[str]:
 def main() -> int:
     """Run, check or evaluate a row; the largest exit code of its runs."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("row", nargs="?", measurement_config=list(ROWS))
+    parser.add_argument("row", nargs="?", choices=list(ROWS))
     parser.add_argument(
         "--out", type=Path, default=Path("runs/sci"), help="folder of the runs and of the book of what was run"
     )

@@ -18,7 +18,7 @@ from crater.ground.datum import Datum
 from crater.measures import chain
 from crater.measures.measure import Measures, Quantity
 from crater.results import column_labels, series
-from crater.results.config import MeasurementConfig
+from crater.results.measurement_config import MeasurementConfig
 from crater.results.rest import UNKNOWN, Rest
 from crater.scaling import crater_size as scaling
 from crater.settings import ChainError, Settings
