@@ -75,8 +75,6 @@ def headline(findings: Findings) -> str:
         label, m = held[-1]
         state = "settled" if label.title == "final" else label.title
         said = f"{_in_words('D', m['diameter_apparent_m'], ' =')}, {_in_words('depth', m['depth_m'])}, {state}"
-        if (without := missing_errors(findings)) and m["depth_m"].sigma is not None:
-            said += f" (errors {without})"
     if findings.body:
         body = findings.body[-1]
         hollow = body.kind in ("crater", "not resolved")
@@ -120,9 +118,10 @@ def _title(findings: Findings) -> str:
 
 
 def _summary(findings: Findings) -> list[str]:
+    without = missing_errors(findings)
     lines = [
         f"{_capital(label.title)} ({label.when}): {_in_words('apparent diameter D', m['diameter_apparent_m'], ' =')}, "
-        f"{_in_words('depth', m['depth_m'])}."
+        f"{_in_words('depth', m['depth_m'])}{f' (errors {without})' if without and m['depth_m'].sigma else ''}."
         for label, m in columns(findings, ("depth", "volume"))
     ]
     if findings.final is not None and not findings.final.rest.settled:

@@ -189,6 +189,7 @@ def test_the_page_is_self_contained(both):
     _, out, _ = both
     page = (out / "report.html").read_text()
     assert "chain error not known" in page  # no case gave one
+    assert re.search(r"Final \(.*\): apparent diameter D = .*m \(errors without random seeds, resolution", page)
     assert page.count("data:image/png;base64,") == 7
     assert "://" not in page and page.count("<img") == page.count('src="data:image/png;base64,')
     assert "a &lt; b &amp; c" in page and "mass_total_rel" in page
