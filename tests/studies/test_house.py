@@ -89,7 +89,11 @@ def test_few_names_stand_twice():
 def test_names_that_say_no_result_and_words_of_no_field_are_found(tmp_path):
     (tmp_path / "sph").mkdir()
     (tmp_path / "sph" / "a.py").write_text("def of(x):\n    return x.place\n\ndef lines_of(kept):\n    return kept\n")
-    assert house.banned_names(tmp_path) == ["sph/a.py:1 of", "sph/a.py:2 place"]
+    (tmp_path / "studies").mkdir()
+    (tmp_path / "studies" / "unrolled.py").write_text("class Lie:\n    flat = soft\n")
+    assert house.banned_names(tmp_path) == [
+        "sph/a.py:1 of", "sph/a.py:2 place", "studies/unrolled.py:1 Lie", "studies/unrolled.py: unrolled"
+    ]  # fmt: skip
 
 
 def test_functions_are_named_by_their_result_and_words_are_the_field_s():
