@@ -96,22 +96,12 @@ def _open_pores(cloud: Cloud, materials: Materials, porous: bool) -> None:
     cloud.distention[ice] = cloud.initial_distention[ice] = ALPHA0
 
 
-class WithoutGravity(Integrator):
-    """The integrator with gravity left out."""
-
-    def _gravity(self) -> None:
-        self.cloud.gravity_position[:] = self.cloud.position
-
-    def _gravity_is_stale(self) -> bool:
-        return False
-
-
-def begin(cloud: Cloud, materials: Materials, numerics: str) -> WithoutGravity:
+def begin(cloud: Cloud, materials: Materials, numerics: str) -> Integrator:
     """The first steps."""
-    integrator = WithoutGravity(cloud, materials, 1e7, Numerics(numerics=numerics), Environment())
+    integrator = Integrator(cloud, materials, 1e7, Numerics(numerics=numerics), Environment(self_gravity=False))
     integrator.start()
     for _ in range(3):
-        integrator.dt = 0.0
+        integrator.step_limit.dt = 0.0
         integrator.step(min(integrator.next_step(1e9), FIRST_STEP))
     return integrator
 
@@ -124,9 +114,14 @@ def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, fl
     for _ in range(turns):
         for name, i in found.items():
             visits = int(i.cloud.neighbours.sum())
-            matter = pair_rates.Matter(i.cloud.material, i.rows.shear, i.evaluated.strain_ratio, i.cloud.stress, True)
+            forces = i.forces
+            matter = pair_rates.Matter(
+                i.cloud.material, i.rows.shear, forces.evaluated.strain_ratio, i.cloud.stress, True
+            )
             begun = time.process_time()
-            pair_rates.compute(i.scheme, i._rows(), i.neighbourhood.pairs, matter, i.damping, i.rates)
+            pair_rates.compute(
+                forces.scheme, forces.rows(i.cloud), i.neighbourhood.pairs, matter, i.damping, forces.rates
+            )
             between = time.process_time()
             i.step(1e-3)
             for key, seconds in (("pair_loop_ns", between - begun), ("step_ns", time.process_time() - between)):
@@ -181,7 +176,7 @@ def main() -> None:
         "neighbour_visits_per_s": visits / wall,
         "list_builds_per_step": (integrator.neighbourhood.builds - builds) / steps,
         "bytes_per_particle": (resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) * 1024 / n,
-        "limited_by": timestep.REASONS[int(np.argmax(integrator.limits))],
+        "limited_by": timestep.REASONS[int(np.argmax(integrator.step_limit.counts))],
     }
     for name, value in result.items():
         print(f"{name:24s} {value:.6g}" if not isinstance(value, str) else f"{name:24s} {value}")

@@ -27,21 +27,21 @@ def particles(
     damage = state.damage_of(c, i.materials.rows)
     whole = i.materials.rows.mixes_damage[c.material] > 0
     deviator = np.empty((len(c), 6))
-    fraction = np.where(whole, 1.0, 1.0 - damage) / i.evaluated.distention
+    fraction = np.where(whole, 1.0, 1.0 - damage) / i.forces.evaluated.distention
     np.multiply(fraction[:, None], c.stress, out=deviator[:, :5])
     deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
     fields = {
         "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
         "density": c.density,
         "specific_energy": c.specific_energy, "smoothing_length": c.support_radius,
-        "pressure": i.evaluated.pressure,
+        "pressure": i.forces.evaluated.pressure,
         "deviatoric_stress": deviator, "damage": damage,
-        "distention": i.evaluated.distention, "material": c.material, "layer": c.layer,
-        "sound_speed": i.evaluated.sound,
+        "distention": i.forces.evaluated.distention, "material": c.material, "layer": c.layer,
+        "sound_speed": i.forces.evaluated.sound,
         "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
         "neighbours": c.neighbours,
         **({"plastic_strain": c.plastic_strain} if len(c.plastic_strain) else {}),
-        **temperature.fields(c.material, i.rows, i.evaluated.distention * c.density, c.specific_energy),
+        **temperature.fields(c.material, i.rows, i.forces.evaluated.distention * c.density, c.specific_energy),
     }  # fmt: skip
     order = np.argsort(c.identity)
     attributes = {

@@ -97,14 +97,14 @@ class Simulation:
         i, relaxing = self.integrator, phase == "relax"
         self._switch_physics()
         if relaxing:
-            i.dt = 1.0
+            i.step_limit.dt = 1.0
             i.start()
 
     def _switch_physics(self) -> None:
         """Strength and damage, and u and D held, as the phase wants them."""
         i, relaxing = self.integrator, self.phase == "relax"
-        i.freeze_energy, i.strength = relaxing, self.settings.strength and not relaxing
-        i.damage = self.settings.damage and not relaxing
+        i.switches.freeze_energy, i.switches.strength = relaxing, self.settings.strength and not relaxing
+        i.switches.damage = self.settings.damage and not relaxing
 
     def _add_projectile(self) -> None:
         """End the relaxation: the target at rest with S = 0 and D = 0, the projectile above it, time zero."""
@@ -148,7 +148,7 @@ class Simulation:
         self.integrator = self._integrator(cloud)
         self.phase = "impact"
         self._enter("impact")
-        self.integrator.dt = s.first_step / 1.1
+        self.integrator.step_limit.dt = s.first_step / 1.1
         self.integrator.start()
         # the pressures of the particles, not quite those of the profile, have closed some pores: no damage of the
         # impact
@@ -192,7 +192,10 @@ class Simulation:
     # ---------------------------------------------------------------- loops
     def _pause(self, report: progress.Progress, done: float) -> None:
         i = self.integrator
-        report.update(self.work(done), f"{self.phase} t = {readable.clock(i.time)}, dt = {i.dt:.3g} s ({i.why})")
+        report.update(
+            self.work(done),
+            f"{self.phase} t = {readable.clock(i.time)}, dt = {i.step_limit.dt:.3g} s ({i.step_limit.why})",
+        )
         if self.cadence.due():
             self.save()
             progress.stop_here("sph")
@@ -230,7 +233,7 @@ class Simulation:
                 continue
             mark = min([mark, *(at for at, _ in coming)])
             i.step(i.next_step(mark))
-            self.watch.step(i.dt, i.time, i.why)
+            self.watch.step(i.step_limit.dt, i.time, i.step_limit.why)
             if i.time >= mark:
                 i.time = mark
                 if mark == s.end_time or any(
@@ -258,13 +261,15 @@ class Simulation:
         """A row of the flow's Reynolds number."""
         i, c = self.integrator, self.integrator.cloud
         mine = c.layer >= 0
-        fraction = c.viscosity[mine] if len(c.viscosity) else reconstructed.SMOOTH if i.scheme.reconstructed else 1.0
+        fraction = (
+            c.viscosity[mine] if len(c.viscosity) else reconstructed.SMOOTH if i.forces.scheme.reconstructed else 1.0
+        )
         target = self.settings.target
         position = target.placed.from_site(c.position[mine]) if target.solid else c.position[mine]
         reynolds = flow_reynolds.measure(
             position, c.velocity[mine], symmetry.copies(self.settings.symmetry) * c.mass[mine],
             0.5 * c.support_radius[mine],
-            i.evaluated.sound[: len(c)][mine], fraction,
+            i.forces.evaluated.sound[: len(c)][mine], fraction,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
             self.radius if target.shape == "sphere" else None,
         )  # fmt: skip

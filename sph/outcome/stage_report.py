@@ -33,13 +33,13 @@ def stage_summary(run: Simulation) -> dict[str, Any]:
     return {
         "particles": len(i.cloud),
         "steps": i.steps,
-        "step_limits": {name: int(n) for name, n in zip(timestep.REASONS, i.limits)},
+        "step_limits": {name: int(n) for name, n in zip(timestep.REASONS, i.step_limit.counts)},
         "list_builds": i.neighbourhood.builds,
-        "gravity_evaluations": i.gravity_evaluations,
-        "gravity_correction_max_rel": i.gravity_correction,
-        "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque_removed))
+        "gravity_evaluations": i.gravity.evaluations,
+        "gravity_correction_max_rel": i.gravity.correction,
+        "removed_angular_momentum_over_projectile": float(np.linalg.norm(i.torque.removed))
         / scale["angular_momentum_kg_m2_s"],
-        "removed_angular_momentum_over_all": float(np.linalg.norm(i.torque_removed)) / max(_turning(run), 1e-300),
+        "removed_angular_momentum_over_all": float(np.linalg.norm(i.torque.removed)) / max(_turning(run), 1e-300),
         "projectile": {
             "mass_kg": mass, "kinetic_energy_J": scale["energy_J"], "momentum_kg_m_s": scale["momentum_kg_m_s"],
             **_resolution(run),

@@ -84,12 +84,12 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
         unbound = integrator.thrown_out()
     lost = state.interaction_fractions(cloud.neighbours) <= 0.0
     values = (
-        integrator.time, integrator.dt, integrator.why, m.sum(), *momentum, *spin, kinetic, internal, gravitational,
-        kinetic + internal + gravitational, m[unbound].sum(), float(m @ state.damage_of(cloud, integrator.rows)),
-        m[lost].sum(),
-        float(m[lost] @ cloud.specific_energy[lost]), integrator.evaluated.pressure.max(), integrator.steps,
-        integrator.neighbourhood.builds, integrator.gravity_evaluations, integrator.gravity_correction,
-        *integrator.torque_removed, *pushed, *turned, symmetries.copies(symmetry) * given[6],
+        integrator.time, integrator.step_limit.dt, integrator.step_limit.why, m.sum(), *momentum, *spin, kinetic,
+        internal, gravitational, kinetic + internal + gravitational, m[unbound].sum(),
+        float(m @ state.damage_of(cloud, integrator.rows)), m[lost].sum(),
+        float(m[lost] @ cloud.specific_energy[lost]), integrator.forces.evaluated.pressure.max(), integrator.steps,
+        integrator.neighbourhood.builds, integrator.gravity.evaluations, integrator.gravity.correction,
+        *integrator.torque.removed, *pushed, *turned, symmetries.copies(symmetry) * given[6],
     )  # fmt: skip
     return dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
 

@@ -55,8 +55,10 @@ def levels(step: np.ndarray, pairs: Pairs, owner: np.ndarray) -> np.ndarray:
 def measure(i: Integrator) -> dict[str, Any]:
     """Time and shortest step [s], particles by k, and the fraction of visits that would be saved."""
     c = i.cloud
-    step = timestep.steps(c, i.rates, i.evaluated, i.damping.alpha, i.damping.beta, i.numerics.courant)[0]
-    owner = np.zeros(0, dtype=np.int64) if i.images is None else i.images.owner
+    step = timestep.steps(
+        c, i.forces.rates, i.forces.evaluated, i.damping.alpha, i.damping.beta, i.forces.numerics.courant
+    )[0]
+    owner = np.zeros(0, dtype=np.int64) if i.environment.images is None else i.environment.images.owner
     level = levels(step, Pairs.from_neighbours(i.neighbourhood.pairs), owner)
     visits = np.maximum(c.neighbours, 0).astype(float)
     saved = 1.0 - float(visits @ 0.5**level) / max(float(visits.sum()), 1.0)

@@ -65,3 +65,11 @@ def remove(cloud: Cloud, acceleration: np.ndarray, symmetry: str = "none") -> np
         inertia = sum(np.outer(s, s) for s in symmetries.signs(symmetry)) * inertia
     _unturn(cloud.position, centre, np.linalg.solve(inertia, torque), acceleration)
     return torque
+
+
+class Torque:
+    """``present`` (3,) [N m]: the net torque that the last evaluation took out; ``removed`` (3,) [kg m^2/s]: its
+    integral over time."""
+
+    def __init__(self) -> None:
+        self.present, self.removed = np.zeros(3), np.zeros(3)

@@ -33,7 +33,7 @@ from pipeline.running.run import run
 from pipeline.store import folder, intact, store, view
 from tests import pages
 from tests.pipeline import warm
-from tests.pipeline.test_flown_page import catalogue
+from tests.pipeline.test_ejecta_fates_page import catalogue
 from tests.pipeline.test_store import Recorder
 
 STAGES = ("sph", "bed", "handoff", "dem", "crater")

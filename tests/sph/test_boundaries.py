@@ -44,7 +44,7 @@ def disordered(planes, side=8, seed=3, stress=1e8, **options):
     cloud.velocity[:] = rng.normal(size=(n, 3)) * 50.0
     cloud.stress[:] = rng.normal(size=(n, 5)) * stress
     i = columns.integrator(cloud, BASALT, 20.0, images=Images(planes), **options)
-    i.damage = False
+    i.switches.damage = False
     i.start()
     return i
 
@@ -58,7 +58,7 @@ def test_periodic_box_against_the_box_and_its_26_copies():
     i = disordered(BOX)
     shift = np.stack(np.meshgrid(*([0, -8, 8],) * 3, indexing="ij"), axis=-1).reshape(-1, 3).astype(float)
     c, n = i.cloud, len(i.cloud)
-    row = np.concatenate([i.evaluated.row[:n]] * 27)
+    row = np.concatenate([i.forces.evaluated.row[:n]] * 27)
     row[:, :3] += np.repeat(shift, n, axis=0)
     order, grid = neighbours.sort(row[:, :3].copy(), row[:, SUPPORT].copy())
     found = neighbours.build(row[order, :3].copy(), row[order, SUPPORT].copy(), grid)
@@ -66,12 +66,12 @@ def test_periodic_box_against_the_box_and_its_26_copies():
     stress = np.concatenate([c.stress] * 27)[order]
     out = rates.Rates(27 * n)
     matter = rates.Matter(np.zeros(27 * n, dtype=np.int32), i.rows.shear, np.ones((27 * n, 2)), stress, True)
-    rates.compute(i.scheme, scheme.rows(row[order].copy()), found, matter, i.damping, out)
+    rates.compute(i.forces.scheme, scheme.rows(row[order].copy()), found, matter, i.damping, out)
     back = np.argsort(order)[:n]
     for name in ("acceleration", "stress", "density", "energy", "divergence", "approach"):
-        one, many = getattr(i.rates, name), getattr(out, name)[back]
+        one, many = getattr(i.forces.rates, name), getattr(out, name)[back]
         assert np.abs(one - many).max() < 1e-11 * np.abs(many).max(), name
-    assert np.array_equal(i.rates.count, out.count[back])
+    assert np.array_equal(i.forces.rates.count, out.count[back])
 
 
 @pytest.mark.parametrize(
@@ -80,7 +80,7 @@ def test_periodic_box_against_the_box_and_its_26_copies():
 def test_images_keep_what_they_should(planes):
     """Momentum in a periodic box; energy in each; along a wall, too, momentum."""
     i = disordered(planes)
-    c, r = i.cloud, i.rates
+    c, r = i.cloud, i.forces.rates
     force = c.mass[:, None] * r.acceleration
     work = (force * c.velocity).sum() + c.mass @ r.energy
     assert abs(work) < 1e-12 * np.abs(force * c.velocity).sum()
@@ -93,9 +93,9 @@ def test_a_wall_is_where_the_mirrored_half_would_be():
     """Rates before a wall are those of a body and its mirror image without one, corner to corner."""
     i = disordered((Wall(2, 0.0),))
     c, n = i.cloud, len(i.cloud)
-    mirror = i.evaluated.row[:n].copy()
+    mirror = i.forces.evaluated.row[:n].copy()
     mirror[:, [Z, VZ, XZ, YZ]] *= -1.0
-    row = np.concatenate([i.evaluated.row[:n], mirror])
+    row = np.concatenate([i.forces.evaluated.row[:n], mirror])
     order, grid = neighbours.sort(row[:, :3].copy(), row[:, SUPPORT].copy())
     found = neighbours.build(row[order, :3].copy(), row[order, SUPPORT].copy(), grid)
     image = c.stress * np.array([1, 1, -1, 1, -1])
@@ -103,10 +103,10 @@ def test_a_wall_is_where_the_mirrored_half_would_be():
     stress = np.concatenate([c.stress, image])[order]
     out = rates.Rates(2 * n)
     matter = rates.Matter(np.zeros(2 * n, dtype=np.int32), i.rows.shear, np.ones((2 * n, 2)), stress, True)
-    rates.compute(i.scheme, scheme.rows(row[order].copy()), found, matter, i.damping, out)
+    rates.compute(i.forces.scheme, scheme.rows(row[order].copy()), found, matter, i.damping, out)
     back = np.argsort(order)[:n]
     for name in ("acceleration", "stress", "density", "energy"):
-        one, many = getattr(i.rates, name), getattr(out, name)[back]
+        one, many = getattr(i.forces.rates, name), getattr(out, name)[back]
         assert np.abs(one - many).max() < 1e-11 * np.abs(many).max(), name
 
 
@@ -117,7 +117,7 @@ def test_total_energy_in_a_room_over_many_steps():
 
     def drift(courant):
         i = disordered(ROOM, stress=0.0, courant=courant)
-        i.strength = False
+        i.switches.strength = False
         i.start()
         c = i.cloud
 
@@ -137,9 +137,9 @@ def test_total_energy_in_a_room_over_many_steps():
 def test_matter_that_leaves_a_periodic_box_comes_in_again():
     i = disordered(BOX, stress=0.0)
     i.cloud.velocity[:] = (300.0, -200.0, 100.0)
-    i.strength = False
+    i.switches.strength = False
     i.start()
-    calm = i.rates.acceleration.copy(), i.cloud.identity.copy()
+    calm = i.forces.rates.acceleration.copy(), i.cloud.identity.copy()
     while i.time < 0.08:  # some three box lengths
         i.step(i.next_step(0.08))
     assert i.neighbourhood.builds > 3
@@ -165,7 +165,7 @@ def test_a_piston_and_a_wind_on_a_wall_are_the_same_shock():
         while column.integrator.time < end:  # the same steps in both: their limits differ in the last bits
             column.integrator.step(2e-5)
     a, b = (np.argsort(column.cloud.identity) for column in (piston, wall))
-    P, Q = piston.integrator.evaluated.pressure[a], wall.integrator.evaluated.pressure[b]
+    P, Q = piston.integrator.forces.evaluated.pressure[a], wall.integrator.forces.evaluated.pressure[b]
     assert P.max() > 8e9
     assert np.abs(P - Q).max() < 1e-6 * P.max()
 
@@ -219,7 +219,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     order = np.argsort(c.identity)
     assert np.array_equal(c.position[order][rim], where) and len(rim) > 20
     inside = (c.position[:, 2] > 5.0) & (c.position[:, 2] < 20.0)
-    got = np.polyfit(column.height - c.position[inside, 2], i.evaluated.pressure[inside], 1)
+    got = np.polyfit(column.height - c.position[inside, 2], i.forces.evaluated.pressure[inside], 1)
     assert got[0] == pytest.approx(2.7e4, rel=0.1)
     assert np.abs(c.velocity).max() < 0.01
 
@@ -251,7 +251,7 @@ def test_a_boundary_brings_what_its_kind_needs(law):
 )
 def test_planes_take_momentum_if_and_only_if_they_say_so(law):
     i = disordered(law.planes(2, 0.0, 8.0))
-    force = i.cloud.mass * i.rates.acceleration[:, 2]
+    force = i.cloud.mass * i.forces.rates.acceleration[:, 2]
     assert (abs(force.sum()) > 1e-6 * np.abs(force).sum()) == law.TAKES_MOMENTUM
 
 

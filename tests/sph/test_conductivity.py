@@ -84,7 +84,7 @@ def first_layer(k):
     )
     column.integrator.start()
     column.run(0.8 * 40 * column.gap / float(row["us_m_s"]))
-    u, P = column.layers(column.cloud.specific_energy), column.layers(column.integrator.evaluated.pressure)
+    u, P = column.layers(column.cloud.specific_energy), column.layers(column.integrator.forces.evaluated.pressure)
     return u[0] / float(row["E_J_kg"]) - 1.0, P.max() / float(row["P_Pa"]) - 1.0
 
 

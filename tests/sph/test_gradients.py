@@ -135,8 +135,8 @@ def test_images_carry_the_corrected_stress(walled):
         i._remove_net_torque = lambda: None
         i.start()
         a, L = (
-            i.rates.acceleration[np.argsort(i.cloud.identity)][:216],
-            i.rates.stress[np.argsort(i.cloud.identity)][:216],
+            i.forces.rates.acceleration[np.argsort(i.cloud.identity)][:216],
+            i.forces.rates.stress[np.argsort(i.cloud.identity)][:216],
         )
         found.append((a, L))
     assert np.abs(found[0][0] - found[1][0]).max() < 1e-10 * np.abs(found[1][0]).max()

@@ -69,7 +69,7 @@ def ball(material="basalt", **changes):
         np.full(n, materials.rows.alpha0[0]),
     )  # fmt: skip
     i = columns.integrator(Cloud.from_bodies(body), materials, 5.0)
-    i.damage = False
+    i.switches.damage = False
     i.cloud.stress[:] = rng.normal(size=(n, 5)) * 1e6
     i.cloud.velocity[:] = rng.normal(size=(n, 3))
     i.start()
@@ -83,21 +83,26 @@ def energy(i):
 
 def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     i = ball()
-    P, S, wave, total = i.evaluated.pressure.copy(), i.cloud.stress.copy(), i.evaluated.wave.copy(), energy(i)
+    P, S, wave, total = (
+        i.forces.evaluated.pressure.copy(),
+        i.cloud.stress.copy(),
+        i.forces.evaluated.wave.copy(),
+        energy(i),
+    )
     weight = np.where(np.arange(len(P)) % 2 == 0, 2e6, 0.0)
     ratio = 2700.0 * 300.0**2 / 26.7e9
     before, after = i.enter_late_stage(300.0, weight)
     held = np.minimum(weight, np.maximum(P, 0.0))
     pressed = P > 0.0
-    assert pressed.sum() > 300 and i.evaluated.pressure[pressed] == pytest.approx(
+    assert pressed.sum() > 300 and i.forces.evaluated.pressure[pressed] == pytest.approx(
         (held + ratio * (P - held))[pressed], rel=1e-6
     )
-    assert np.abs(i.evaluated.pressure[~pressed]).max() < 2.0 * ratio * np.abs(P).max()
+    assert np.abs(i.forces.evaluated.pressure[~pressed]).max() < 2.0 * ratio * np.abs(P).max()
     assert i.cloud.stress == pytest.approx(ratio * S, rel=1e-12)
-    assert i.evaluated.wave == pytest.approx(wave * math.sqrt(ratio), rel=5e-3)  # Poisson's ratio stays
+    assert i.forces.evaluated.wave == pytest.approx(wave * math.sqrt(ratio), rel=5e-3)  # Poisson's ratio stays
     assert energy(i) == total and after < before
-    i.dt = 0.0
-    assert i.next_step(1e9) > 5.0 * i.numerics.courant * 0.5 * 2.3 / wave.max() / 2.2
+    i.step_limit.dt = 0.0
+    assert i.next_step(1e9) > 5.0 * i.forces.numerics.courant * 0.5 * 2.3 / wave.max() / 2.2
 
 
 def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
@@ -105,19 +110,21 @@ def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
     twice, once = ball(), ball()
     none = np.zeros(len(twice.cloud))
     twice.enter_late_stage(300.0, none)
-    P, S, total = twice.evaluated.pressure.copy(), twice.cloud.stress.copy(), energy(twice)
+    P, S, total = twice.forces.evaluated.pressure.copy(), twice.cloud.stress.copy(), energy(twice)
     before, after = twice.enter_late_stage(30.0, none)
     once.enter_late_stage(30.0, none)
     assert twice.cloud.late_density == pytest.approx(once.cloud.late_density, rel=1e-12)
     assert twice.cloud.stress == pytest.approx(once.cloud.stress, rel=1e-12)
-    assert twice.evaluated.pressure == pytest.approx(once.evaluated.pressure, rel=1e-6, abs=1e-9 * np.abs(P).max())
+    assert twice.forces.evaluated.pressure == pytest.approx(
+        once.forces.evaluated.pressure, rel=1e-6, abs=1e-9 * np.abs(P).max()
+    )
     assert energy(twice) == total and 0.0 < after < before
     weighed = ball()
     weighed.enter_late_stage(300.0, none)
     weighed.enter_late_stage(30.0, np.full(len(P), 100.0))
     held = np.minimum(100.0, np.maximum(P, 0.0))
     pressed = P > 0.0
-    assert weighed.evaluated.pressure[pressed] == pytest.approx((held + 0.01 * (P - held))[pressed], rel=1e-6)
+    assert weighed.forces.evaluated.pressure[pressed] == pytest.approx((held + 0.01 * (P - held))[pressed], rel=1e-6)
     assert weighed.cloud.stress == pytest.approx(0.01 * S, rel=1e-12)
 
 
@@ -136,12 +143,12 @@ def test_pores_stay_as_they_are():
     i = ball(porosity="p_alpha", p_alpha={"alpha0": 1.5}, crush_quadratic={"Pe": "0.1 MPa", "Ps": "10 MPa"})
     i.enter_late_stage(100.0, np.zeros(len(i.cloud)))
     rest = i.cloud.distention.copy()
-    assert rest.max() > 1.3 and np.array_equal(i.evaluated.distention, rest)
-    assert i.evaluated.sound == pytest.approx(100.0)
+    assert rest.max() > 1.3 and np.array_equal(i.forces.evaluated.distention, rest)
+    assert i.forces.evaluated.sound == pytest.approx(100.0)
     i.cloud.velocity[:] = -20.0 * i.cloud.position
     for _ in range(10):
         i.step(i.next_step(1e9))
-    assert np.array_equal(np.sort(i.cloud.distention), np.sort(rest)) and i.evaluated.pressure.max() > 1e5
+    assert np.array_equal(np.sort(i.cloud.distention), np.sort(rest)) and i.forces.evaluated.pressure.max() > 1e5
 
 
 def test_a_gas_and_softer_matter_keep_their_moduli():

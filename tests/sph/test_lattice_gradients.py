@@ -38,9 +38,11 @@ def test_a_linear_flow_has_its_divergence(support, kernel, plain):
         i.cloud.velocity[:] = i.cloud.position
         i.start()
         inside = np.linalg.norm(i.cloud.position, axis=1) < 3.5
-        found.append(i.rates.divergence[inside] / 3.0)
-        power = i.cloud.mass @ (i.rates.energy + np.einsum("ij,ij->i", i.cloud.velocity, i.rates.acceleration))
-        assert abs(power) < 1e-9 * np.abs(i.cloud.mass * i.rates.energy).sum() + 1e-12
+        found.append(i.forces.rates.divergence[inside] / 3.0)
+        power = i.cloud.mass @ (
+            i.forces.rates.energy + np.einsum("ij,ij->i", i.cloud.velocity, i.forces.rates.acceleration)
+        )
+        assert abs(power) < 1e-9 * np.abs(i.cloud.mass * i.forces.rates.energy).sum() + 1e-12
     assert found[0] == pytest.approx(plain, abs=1e-4)
     assert found[1] == pytest.approx(1.0, abs=1e-9)
 

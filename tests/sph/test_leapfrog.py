@@ -27,7 +27,7 @@ def ball(box=None):
     )
     images = Images(tuple(Periodic(axis, -box, box) for axis in range(3))) if box else None
     i = columns.integrator(Cloud.from_bodies(body), ELASTIC, 5.0, alpha=0.0, beta=0.0, images=images)
-    i.damage = False
+    i.switches.damage = False
     i.cloud.velocity[:] = -20.0 * place + np.cross([3.0, -2.0, 5.0], place) + (2000.0 if box else 0.0)
     i.start()
     return i

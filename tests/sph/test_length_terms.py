@@ -90,16 +90,16 @@ def test_a_lattice_has_the_sound_speed_of_its_gradients(name, speed):
     i.start()
     small, k, z = 1e-6, 2.0 * np.pi / column.height, c.position[:, 2].copy()
     c.velocity[:, 2] = small * np.sin(k * z)
-    i._evaluate()
-    rate = -(i.rates.density / c.density) @ np.cos(k * z) / (np.cos(k * z) @ np.cos(k * z)) / (small * k)
+    i.evaluate()
+    rate = -(i.forces.rates.density / c.density) @ np.cos(k * z) / (np.cos(k * z) @ np.cos(k * z)) / (small * k)
     c.velocity[:] = 0.0
     c.density *= 1.0 + small * np.cos(k * z)
-    i._evaluate()
+    i.evaluate()
     force = (
-        i.rates.acceleration[:, 2]
+        i.forces.rates.acceleration[:, 2]
         @ np.sin(k * z)
         / (np.sin(k * z) @ np.sin(k * z))
-        / (small * k * i.evaluated.sound[0] ** 2)
+        / (small * k * i.forces.evaluated.sound[0] ** 2)
     )
     assert np.sqrt(rate * force) == pytest.approx(speed, abs=0.001)
 

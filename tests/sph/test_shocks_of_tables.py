@@ -43,7 +43,7 @@ def test_a_shock_that_the_transition_splits_runs_as_two_waves():
         times.append(column.integrator.time)
         places.append(columns.front(column, 0.5 * first.v))
     assert np.polyfit(times, places, 1)[0] == pytest.approx(first.shock_speed, rel=0.01)
-    P, v = (column.layers(a) for a in (column.integrator.evaluated.pressure, column.cloud.velocity[:, 2]))
+    P, v = (column.layers(a) for a in (column.integrator.forces.evaluated.pressure, column.cloud.velocity[:, 2]))
     z = column.layers(column.cloud.position[:, 2])
     behind = 2e3 * column.integrator.time + 0.6 * (second.shock_speed - 2e3) * column.integrator.time
     chosen = (z > 2e3 * column.integrator.time + 10.0) & (z < behind)

@@ -41,7 +41,7 @@ def burst(limits, first=False, courant=0.3):
     i = columns.integrator(
         Cloud.from_bodies(body), BASALT, 6.0, courant=courant, volumes="start" if first else "present", **follows
     )
-    i.strength = i.damage = False
+    i.switches.strength = i.switches.damage = False
     i.cloud.specific_energy[:] = 2e7
     i.start()
     return i

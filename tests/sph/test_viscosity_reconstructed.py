@@ -81,9 +81,9 @@ def heat_of_smooth_flow(jitter, viscosity):
     i.neighbourhood.rebuild(i.cloud, 0.0)
     i.cloud.velocity[:] = i.cloud.position * [1.0, 1.0, -2.0]
     i.start()
-    i._evaluate()
+    i.evaluate()
     inside = np.linalg.norm(i.cloud.position, axis=1) < 4.0
-    return float((i.cloud.mass * i.rates.energy)[inside].sum())
+    return float((i.cloud.mass * i.forces.rates.energy)[inside].sum())
 
 
 @pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.validation), 0.25])
@@ -150,7 +150,7 @@ def test_images_carry_slopes_and_heat(walled):
         i.cloud.specific_energy[:] = np.tile(warmth, len(pieces))[i.cloud.identity]
         i._remove_net_torque = lambda: None
         i.start()
-        found.append(i.rates.energy[np.argsort(i.cloud.identity)][:216])
+        found.append(i.forces.rates.energy[np.argsort(i.cloud.identity)][:216])
     assert np.abs(found[0] - found[1]).max() < 1e-10 * np.abs(found[1]).max()
 
 

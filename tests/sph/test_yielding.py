@@ -32,7 +32,7 @@ def ball():
         np.ones(n),
     )
     i = columns.integrator(Cloud.from_bodies(body), materials, 2.0, alpha=0.0, beta=0.0)
-    i.damage = False
+    i.switches.damage = False
     i.cloud.velocity[:, 0] = RATE * i.cloud.position[:, 2]
     i.start()
     return i

@@ -1,0 +1,127 @@
+"""The state of the particles and the sums over their pairs: evaluation (``sph.stepping.state``), images, extra rows,
+and the pass over all pairs (``sph.pairs.rates``)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from sph.bodies.particle_cloud import Cloud
+from sph.boundary.images import Images
+from sph.materials.rows import Materials
+from sph.materials.rows import Rows as MaterialRows
+from sph.pairs import gradients, length_terms, start_volumes
+from sph.pairs import rates as pair_rates
+from sph.pairs.row import ENERGY, MATERIAL, SLOPE, VISCOSITY_FRACTION, VOLUME
+from sph.pairs.scheme import Rows
+from sph.stepping import late, state
+from sph.stepping.numerics import Numerics
+
+
+@dataclass
+class Switches:
+    """Which physics is on: shear ``strength``, ``damage``; ``freeze_energy`` keeps u, D and h constant
+    (relaxation)."""
+
+    strength: bool = True
+    damage: bool = True
+    freeze_energy: bool = False
+
+
+class PairForces:
+    """``evaluated`` : pressure, sound speed and rows of the particles; ``rates`` : their time derivatives.
+
+    ``images`` : those of periodic planes and walls, None without.
+    """
+
+    def __init__(self, cloud: Cloud, numerics: Numerics, images: Images | None):
+        self.numerics, self.scheme, self.images = numerics, numerics.scheme, images
+        self.evaluated = state.Evaluated(len(cloud))
+        self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
+        self._gradient_scale = numerics.gradient_scale
+        self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
+        self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
+        self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
+        self._extra = np.zeros((0, self.scheme.extra_width))
+
+    def evaluate(
+        self,
+        cloud: Cloud,
+        materials: Materials,
+        late_medium: late.LateStageMedium | None,
+        switches: Switches,
+        pairs,
+        damping: pair_rates.Damping,
+        time: float,
+    ) -> None:
+        """Fill ``evaluated`` and ``rates`` at the ``time`` [s] over the neighbour list ``pairs``; the stress yields
+        and pores close in place. Raises ``UnphysicalState``."""
+        rows = materials.rows if late_medium is None else late_medium.rows
+        self._evaluate_state(cloud, materials, rows, late_medium, switches, time)
+        self._fill_images(cloud, time)
+        limits = self.numerics.limits_of_length
+        if self.numerics.length_terms and limits is not None:
+            length_terms.scale(
+                self.scheme, self.rows(cloud), pairs, cloud.start_support, limits, self._omega, self._omega_at_rest
+            )
+            self._fill_images(cloud, time)
+        if self._gradient_scale != 1.0:
+            self.evaluated.row[:, VOLUME] *= self._gradient_scale
+        self._fill_extra(cloud, pairs)
+        matter = pair_rates.Matter(
+            cloud.material, rows.shear, self.evaluated.strain_ratio, cloud.stress, switches.strength
+        )
+        pair_rates.compute(self.scheme, self.rows(cloud), pairs, matter, damping, self.rates)
+        if self.numerics.length_terms:
+            length_terms.divide(self.rates, self._omega)
+        cloud.neighbours[:] = self.rates.count
+        if self.scheme.reconstructed:
+            cloud.strain_rate[:] = self.rates.strain_rate
+
+    def rows(self, cloud: Cloud) -> Rows:
+        """The rows that the loops over pairs read."""
+        return Rows(self.evaluated.row, self._extra, cloud.start_density, self._inverse)
+
+    def _evaluate_state(
+        self,
+        cloud: Cloud,
+        materials: Materials,
+        rows: MaterialRows,
+        late_medium: late.LateStageMedium | None,
+        switches: Switches,
+        time: float,
+    ) -> None:
+        """Pressure, yield, damage and pores of every particle."""
+        if self.images is not None:
+            self.evaluated.fit(len(cloud) + len(self.images.owner))
+        late_c2 = late_medium.c2 if late_medium is not None else None
+        state.evaluate(
+            cloud, rows, switches.strength, switches.damage, self.evaluated, not switches.freeze_energy, late_c2
+        )
+        state.check(cloud, materials, self.evaluated, time)
+        if self.scheme.start_volumes:
+            start_volumes.turn(self.evaluated.row, cloud.start_density)
+
+    def _fill_images(self, cloud: Cloud, time: float) -> None:
+        if self.images is not None:
+            self.images.rows(self.evaluated.row, len(cloud), time)
+
+    def _fill_extra(self, cloud: Cloud, pairs) -> None:
+        """The extra rows that some schemes read, images included."""
+        if not self.scheme.extra_rows:
+            return
+        n, row = len(cloud), self.evaluated.row
+        if len(self._extra) < len(row):
+            self._extra = np.zeros((len(row), self.scheme.extra_width))
+        if self.scheme.switched:
+            self._extra[:n, VISCOSITY_FRACTION] = cloud.viscosity
+        if self.scheme.reconstructed:
+            self._extra[:n, SLOPE : SLOPE + 6] = cloud.strain_rate
+        if self.scheme.conducting:
+            self._extra[:n, MATERIAL] = cloud.material
+            self._extra[:n, ENERGY] = cloud.specific_energy
+        if self.scheme.corrected:
+            gradients.correct(self.scheme, self.rows(cloud), pairs)
+        if self.images is not None:
+            self.images.extra(self._extra, n, self.scheme.corrected)
