@@ -1,6 +1,6 @@
 """What was published beside what was found here, as one page.
 
-    python studies/validation_table.py [--check]
+    python studies/validation_table.py
 
 Reads ``docs/claims.toml`` (each claim: id, what it says, what was published, when it counts as reproduced) and, in the
 folders of ``docs/results``,
@@ -13,8 +13,8 @@ folders of ``docs/results``,
 * ``shocks.json`` of ``studies/sph_verification.py``;
 
 and writes ``docs/validation.md`` (``studies.validation_page``): verdicts by room, what is not met by its cause, every
-claim. A claim may have several rows; one without any is ``not run``. ``--check`` writes nothing and ends with 1 when
-the page is not what it would be.
+claim. A claim may have several rows; one without any is ``not run``. The site makes the page with every build
+(``docs/site/reference_pages.py``); it is not kept in git.
 """
 
 from __future__ import annotations
@@ -180,23 +180,25 @@ def rows(results: Path, known: dict[str, Claim]) -> list[Row]:
     return found
 
 
+def write() -> Path:
+    """Write the page of the kept results, ``docs/validation.md``. Raises ``InputError``."""
+    known = claims(DOCS / "claims.toml")
+    text = validation_page.page(
+        known, rows(DOCS / "results", known), *validation_page.groups(DOCS / "claims.toml", known)
+    )
+    path = DOCS / "validation.md"
+    archive.write_text(path, text)
+    return path
+
+
 def main() -> int:
-    """Exit code 0, 1 when ``--check`` finds another page, 2 for bad input."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--check", action="store_true")
-    check = parser.parse_args().check
+    """Exit code 0, or 2 for bad input."""
+    argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter).parse_args()
     try:
-        known = claims(DOCS / "claims.toml")
-        text = validation_page.page(
-            known, rows(DOCS / "results", known), *validation_page.groups(DOCS / "claims.toml", known)
-        )
+        print(write())
     except InputError as reason:
         print(reason, file=sys.stderr)
         return reason.exit_code
-    path = DOCS / "validation.md"
-    if check:
-        return 0 if path.exists() and path.read_text() == text else 1
-    archive.write_text(path, text)
     return 0
 
 

@@ -18,6 +18,8 @@ import law_pages
 import notebook_pages
 import speed_page
 
+from studies import validation_table
+
 ROOT = Path(__file__).resolve().parents[2]
 DOCUMENTS = {
     "docs/validation.md": "validation",
@@ -27,7 +29,7 @@ DOCUMENTS = {
     "ARCHITECTURE.md": "architecture",
     "CHANGELOG.md": "changelog",
 }
-"""Documents of the repository, and their pages; results and cases are found."""
+"""Documents of the repository, and their pages; results and cases are found. The page of all claims is made first."""
 
 
 def write(site: Path) -> None:
@@ -54,6 +56,7 @@ def write(site: Path) -> None:
 
 def documents(site: Path) -> dict[str, str]:
     """Pages from documents: those of ``DOCUMENTS``, a page for each kept result and each shipped case."""
+    validation_table.write()
     page_of = {ROOT / name: page for name, page in DOCUMENTS.items()}
     for folder, kind in ((ROOT / "docs" / "results", "results"), (ROOT / "cases", "cases")):
         page_of |= {file: f"{kind}/{file.parent.name}" for file in sorted(folder.glob("*/README.md"))}
