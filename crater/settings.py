@@ -12,7 +12,7 @@ from pydantic import Field, create_model, field_validator, model_validator
 
 from matter.case import quantity
 from matter.case.body import Impact, Model, Target
-from matter.case.identity_fields import NotIdentity
+from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import Length, PositiveLength, Speed, Volume
 from matter.wording.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 
@@ -110,7 +110,7 @@ class Settings(Model):
     any length; with a companion by default that of the circle about it."""
     chain: ChainError | None = None
     """Chain errors of the measures; those of a shipped case come from its ``expected.toml``."""
-    particles: Annotated[int, Field(gt=0), NotIdentity()] = 15_000
+    particles: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 15_000
     """Size of the shock stage's snapshots, for the prediction of ``--check`` only."""
 
     @model_validator(mode="after")

@@ -12,7 +12,7 @@ from dem.engines.deviations import Deviation
 from matter.case import at_rest
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Model, Target
-from matter.case.identity_fields import NotIdentity
+from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import PositiveLength, PositiveSpeed, PositiveTime
 
 
@@ -51,13 +51,13 @@ class Settings(Model):
         default_factory=lambda given: collapse_durations.HISTORY * given["snapshot_interval"]
     )
     """Simulated time between rows of ``history.csv``; by default a twelfth of that between snapshots."""
-    grains: Annotated[int, Field(ge=1), NotIdentity()] = 20_000
+    grains: Annotated[int, Field(ge=1), NotIdentity(), Follows()] = 20_000
     """Expected number of grains, for the prediction of the cost only."""
-    bed_grains: Annotated[Annotated[int, Field(ge=1)] | None, NotIdentity()] = None
+    bed_grains: Annotated[Annotated[int, Field(ge=1)] | None, NotIdentity(), Follows()] = None
     """Expected number of grains below the datum, for the prediction of the cost only."""
-    bed_step: Annotated[PositiveTime | None, NotIdentity()] = None
+    bed_step: Annotated[PositiveTime | None, NotIdentity(), Follows()] = None
     """Expected time step of the bed, for the prediction of the cost only."""
-    bed_radius: Annotated[PositiveLength | None, NotIdentity()] = None
+    bed_radius: Annotated[PositiveLength | None, NotIdentity(), Follows()] = None
     """Expected mean radius of the bed's grains, for the prediction of the cost only."""
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""

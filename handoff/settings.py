@@ -13,7 +13,7 @@ from handoff.transfer import control as controls
 from matter.case import at_rest, formation_time
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Target
-from matter.case.identity_fields import NotIdentity
+from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import PositiveTime
 
 LATEST = 10.0
@@ -58,11 +58,11 @@ class Settings(cloud_surface.Rules):
     """Ledger rows that do not bind this case, each with its reason."""
     pictures: Annotated[bool, NotIdentity()] = True
     """Whether the report gets its pictures."""
-    particles: Annotated[int, Field(gt=0), NotIdentity()] = 15_000
+    particles: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 15_000
     """Size of the source, for the prediction of ``--check`` only."""
-    grains: Annotated[int, Field(gt=0), NotIdentity()] = 20_000
+    grains: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 20_000
     """Size of the bed, for the prediction of ``--check`` only."""
-    snapshots: Annotated[int, Field(gt=0), NotIdentity()] = 61
+    snapshots: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 61
     """Number of source snapshots, for the prediction of ``--check`` only."""
 
     @field_validator("waive")

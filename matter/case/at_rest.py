@@ -17,7 +17,7 @@ from typing import Annotated
 
 from matter.case import material
 from matter.case.body import Model, Target
-from matter.case.identity_fields import NotIdentity
+from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import PositiveDensity
 from matter.constants import G
 
@@ -31,7 +31,7 @@ class AtRest(Model):
     """Density with the pores that it has before anything is crushed."""
 
 
-Densities = Annotated[Mapping[str, AtRest], NotIdentity()]
+Densities = Annotated[Mapping[str, AtRest], NotIdentity(), Follows()]
 """By name those materials of a case that are not as their files say. No result goes by it directly: defaults that
 follow from it decide by their own values."""
 

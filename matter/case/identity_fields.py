@@ -20,6 +20,17 @@ class NotIdentity:
     but: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Follows:
+    """Marks a setting that no case gives and none of its files shows: it follows from another table or stage."""
+
+
+def following(model: type[BaseModel]) -> tuple[str, ...]:
+    """Names of the settings of ``model`` that follow from others."""
+    marks = {name: entry.metadata for name, entry in model.model_fields.items()}
+    return tuple(name for name, found in marks.items() if any(isinstance(item, Follows) for item in found))
+
+
 def identity_fields(value: Any) -> Any:
     """The settings that decide a result, as plain JSON: without fields marked ``NotIdentity``, quantities as SI
     numbers.

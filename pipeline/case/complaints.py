@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 from pydantic import BaseModel, ValidationError
 
+from matter.case.identity_fields import following
 from pipeline.case import keys
-from pipeline.case.stages import FOLLOWING, SHARED_TABLES, nearest
+from pipeline.case.stages import SHARED_TABLES, nearest
 from pipeline.case.toml_lines import KeyPath
 
 
@@ -102,7 +103,7 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
                 [
                     name
                     for name in names_at(model, path[:-1])
-                    if len(path) > 1 or name not in (*SHARED_TABLES, *FOLLOWING)
+                    if len(path) > 1 or name not in (*SHARED_TABLES, *following(model))
                 ],
             )
         case "missing" | "missing_argument":

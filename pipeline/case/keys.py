@@ -16,8 +16,10 @@ from pydantic.fields import FieldInfo
 from pydantic_core import PydanticUndefined
 
 from matter.case.body import Impact, Model, Target
+from matter.case.identity_fields import Follows
 from matter.case.quantity import Unit
 from matter.errors import InputError
+from matter.wording.crater_measures import COMPARED
 from pipeline.case import experimental, plain, stages
 from pipeline.case.case_table import CaseTable
 from pipeline.case.sweep_keys import SweepTable
@@ -33,6 +35,8 @@ OUTSIDE = {
 }
 MATERIAL = "NAME"
 """Stands in a path for the name of a material, or of what a sweep draws."""
+MEASURE = "MEASURE"
+"""Stands in a path for the name of a measure of the crater."""
 
 
 class Key(NamedTuple):
@@ -77,7 +81,7 @@ def _within(path: tuple[str, ...], kind: Any, listed: bool = False) -> Iterator[
     yield Table(path, kind, text_of(inspect.getdoc(kind)), listed)
     for name, entry in fields(kind).items():
         for inner, many in inner_tables(entry.annotation):
-            if not stands_elsewhere(path, name):
+            if not stands_elsewhere(path, name, entry):
                 yield from _within(
                     (*path, name, MATERIAL) if many == "by name" else (*path, name), inner, many == "list"
                 )
@@ -100,14 +104,12 @@ def fields(kind: Any) -> dict[str, FieldInfo]:
     }
 
 
-def stands_elsewhere(path: tuple[str, ...], name: str) -> bool:
-    """Whether a field of a stage's settings is filled from another table: ``[target]``, ``[impact]``, for the bed
-    ``[dem.contact]``, or what follows from ``[sph.materials]``."""
-    return (
-        len(path) == 1
-        and path[0] in stages.ORDER
-        and (name in (*stages.SHARED_TABLES, *stages.FOLLOWING) or (path[0], name) == ("bed", "contact"))
-    )
+def stands_elsewhere(path: tuple[str, ...], name: str, entry: FieldInfo) -> bool:
+    """Whether a field of a stage's settings is filled from another table or stage: ``[target]``, ``[impact]``, for the
+    bed ``[dem.contact]``, or what bears ``Follows``."""
+    shared = name in stages.SHARED_TABLES or (path[0], name) == ("bed", "contact")
+    follows = any(isinstance(item, Follows) for item in entry.metadata)
+    return len(path) == 1 and path[0] in stages.ORDER and (shared or follows)
 
 
 def inner_tables(annotation: Any, many: str = "") -> Iterator[tuple[Any, str]]:
@@ -150,13 +152,17 @@ def material_sections() -> dict[str, Any]:
 
 
 def keys(table: Table) -> list[Key]:
-    """The keys of a table that hold values, without those that are tables themselves."""
+    """The keys of a table that hold values, without those that are tables themselves; a table of one entry for each
+    measure has one row."""
     rows = []
+    if set(fields(table.kind)) == set(COMPARED):
+        allowed_ = "quantity in the measure's unit, >= 0"
+        return [Key((*table.path, MEASURE), allowed_, "none", f"Any of {', '.join(COMPARED)}.")]
     for name, entry in fields(table.kind).items():
         holds_tables = any(True for _ in inner_tables(entry.annotation)) or (
             of_material(table.path) and name in material_sections()
         )
-        if holds_tables or stands_elsewhere(table.path, name):
+        if holds_tables or stands_elsewhere(table.path, name, entry):
             continue
         path = (*table.path, entry.alias or name)
         rows.append(Key(path, allowed(entry), default(entry), text_of(entry.description) + experimental.remark(path)))
@@ -295,9 +301,11 @@ def _by_last_word() -> dict[str, list[str]]:
 
 
 def wildcard(path: tuple[str, ...]) -> tuple[str, ...]:
-    """A path of a case with the numbers of list elements left out, and ``NAME`` instead of a material or of what a
-    sweep draws."""
+    """A path of a case with the numbers of list elements left out, ``NAME`` instead of a material or of what a sweep
+    draws, and ``MEASURE`` instead of a measure with a chain error."""
     parts = tuple(part for part in path if not part.isdigit())
+    if parts[:2] == ("crater", "chain") and len(parts) > 3:
+        return (*parts[:3], MEASURE)
     named = parts[:2] in (("sph", "materials"), ("sweep", "prior"))
     return (*parts[:2], MATERIAL, *parts[3:]) if named and len(parts) > 2 else parts
 

@@ -49,8 +49,6 @@ LEAVES = {
 }
 
 SHARED_TABLES = ("target", "impact")
-# fields of a stage's settings that no case says, and none of its files shows: they follow from another table
-FOLLOWING = ("densities",)
 
 # the key of a file from elsewhere instead of what a stage would have made
 OUTSIDE = {"nbody": "impact", "sph": "snapshot", "bed": "snapshot", "dem": "snapshot"}

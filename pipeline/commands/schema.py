@@ -11,10 +11,11 @@ import json
 from pathlib import Path
 from typing import Any
 
-from pydantic import TypeAdapter
+from pydantic import BaseModel, TypeAdapter
 
 from matter.case import material, quantity
 from matter.case.body import SOLIDS
+from matter.case.identity_fields import following
 from matter.files import archive
 from pipeline.case import keys, stages
 
@@ -97,7 +98,7 @@ def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dic
     for name, definition in whole.pop("$defs", {}).items():
         definitions[f"{path[0]}.{name}"] = _plain(definition, name)
     schema = _plain(whole, kind.__name__)
-    for name in stages.FOLLOWING:
+    for name in following(kind) if issubclass(kind, BaseModel) else ():
         schema["properties"].pop(name, None)
     if path[0] in keys.OUTSIDE:
         name, meaning = stages.OUTSIDE[path[0]], keys.OUTSIDE[path[0]]

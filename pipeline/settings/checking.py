@@ -13,6 +13,7 @@ from dem.trials import angle_of_friction
 from matter.case import at_rest
 from matter.case.at_rest import AtRest
 from matter.case.body import FLAT, Impact, Model, Target
+from matter.case.identity_fields import following
 from matter.case.quantity import REQUIRED
 from matter.errors import InputError
 from pipeline.case import outside, overlay, stages
@@ -189,8 +190,8 @@ def _own_densities(sph: Any) -> dict[str, AtRest]:
 
 def _said_in_vain(model: type[Model], table: dict[str, Any], stage: str) -> list[Complaint]:
     """Keys that a case may not say, for they follow from others."""
-    names = [name for name in names_at(model, ()) if name not in (*stages.SHARED_TABLES, *stages.FOLLOWING)]
-    given = [name for name in stages.FOLLOWING if name in table and name in model.model_fields]
+    names = [name for name in names_at(model, ()) if name not in (*stages.SHARED_TABLES, *following(model))]
+    given = [name for name in following(model) if name in table]
     return [Complaint((stage, name), unknown(name, names)) for name in given]
 
 

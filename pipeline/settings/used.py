@@ -13,6 +13,7 @@ from typing import Any
 import tomlkit
 
 from matter.case.body import Model
+from matter.case.identity_fields import following
 from matter.errors import InputError
 from matter.files import archive
 from pipeline.case import stages
@@ -36,7 +37,7 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
         for name in stages.SHARED_TABLES:
             if name in table and name in case.document:
                 content.setdefault(name, table.pop(name))
-        for name in stages.FOLLOWING:
+        for name in following(type(settings[stage])):
             table.pop(name, None)
         if (
             stage == "bed"

@@ -38,6 +38,7 @@ SHOT = Impact.model_validate(
     }
 )
 STAGES = ("bed", "handoff", "dem")
+SIZES = (*prediction.SIZES, *prediction.MEASURES)
 
 
 def composed(*overrides: str) -> dict:
@@ -100,7 +101,8 @@ def test_nothing_is_said_where_the_file_is_right():
 
 
 def test_they_are_no_keys(tmp_path):
-    """They follow from ``[sph.materials]``: told nowhere else, or a changed value there would leave them behind."""
+    """They follow from ``[sph.materials]``: told nowhere else, or a changed value there would leave them behind. So do
+    the sizes that a prediction takes from the stages before."""
     case = cases.read(DART, "quick")
     settings = compose.compose(case)
     assert all("densities" not in identity_fields(settings[stage]) for stage in STAGES)
@@ -112,12 +114,17 @@ def test_they_are_no_keys(tmp_path):
     assert "densities" not in [part for table in keys.tables("dem") for part in table.path]
     written = json.loads(json.dumps(schema.schema()))
     assert all("densities" not in written["properties"][stage]["properties"] for stage in STAGES)
+    assert all(set(SIZES).isdisjoint(again[stage].model_fields_set) for stage in ("handoff", "dem", "crater"))
+    assert set(SIZES).isdisjoint(key.path[-1] for table in keys.tables("dem") for key in keys.keys(table))
+    assert set(SIZES).isdisjoint(written["properties"]["dem"]["properties"])
 
 
 @pytest.mark.parametrize("stage", STAGES)
 def test_a_case_that_says_them_is_told_there_is_no_such_key(stage):
     with pytest.raises(InputError, match=rf"{stage}\.densities: there is no such key"):
         composed(f"{stage}.densities.basalt.solid=2700 kg/m^3", f"{stage}.densities.basalt.bulk=2700 kg/m^3")
+    with pytest.raises(InputError, match=r"dem\.bed_grains: there is no such key"):
+        composed("dem.bed_grains=2000")
 
 
 def test_springs_of_a_layered_bed_are_bounded_by_the_solid_of_the_case(tmp_path):
