@@ -31,6 +31,7 @@ from dem.contact.columns import (
     MASS_REMOVED,
     MOMENTUM_REMOVED,
 )
+from dem.contact.settings import OVERLAP_WARN
 from dem.grains.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.settings import Settings
 from dem.stiffness import stiffening
@@ -268,13 +269,9 @@ class Collapse:
         notes = [
             "Ocean grains have no friction, rolling or twisting resistance; as spheres they still keep an angle of "
             "some 6 degrees.",
-            f"Attractive tail kept: {self.settings.contact.attractive_tail}.",
         ]
-        if self.worst_overlap > self.settings.contact.overlap_warn:
-            notes.append(
-                f"Overlaps reached {self.worst_overlap:.3f} radii (warning above "
-                f"{self.settings.contact.overlap_warn:g})."
-            )
+        if self.worst_overlap > OVERLAP_WARN:
+            notes.append(f"Overlaps reached {self.worst_overlap:.3f} radii (warning above {OVERLAP_WARN:g}).")
         if last["dissipated_returning_J"] > 0.0:
             notes.append(
                 f"Returning ejecta above the contact speed limit lost {last['dissipated_returning_J']:.3g} J in "
@@ -292,7 +289,7 @@ class Collapse:
             "still": bool(still),
             "profile_change_radii": self.still.change if np.isfinite(self.still.change) else None,
             "overlap_max": self.worst_overlap,
-            "overlap_warning": self.settings.contact.overlap_warn,
+            "overlap_warning": OVERLAP_WARN,
             "dissipated_returning_J": last["dissipated_returning_J"],
             "energy_error": last["energy_error"],
             "kinetic_handed_J": self.balance.handed,

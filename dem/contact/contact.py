@@ -138,12 +138,12 @@ def edge_of_contact(overlap, un, flag, dt):
 
 
 @law(forceinline=True)
-def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
+def contact(kinematics, bodies, numbers, springs, dt, scheme):
     """One contact over one step of ``dt`` [s]: a ``Response`` from ``ContactKinematics``, ``Bodies``, ``Numbers`` and
     the ``Springs`` before it.
 
-    ``tail``: the normal force may pull at the end of a contact; ``scheme`` a ``dem.contact.contact_scheme.Scheme``:
-    which laws. With ``rescale`` and friction the springs then refer to the present tangent stiffness.
+    ``scheme`` a ``dem.contact.contact_scheme.Scheme``: which laws. With ``rescale`` and friction the springs then
+    refer to the present tangent stiffness.
     """
     nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, curvature_difference = kinematics
     sx, sy, sz, ax, ay, az, phi, flag, reference_stiffness = springs
@@ -155,7 +155,7 @@ def contact(kinematics, bodies, numbers, springs, dt, tail, scheme):
     fraction, span, flag = edge_of_contact(overlap, un, flag, dt)
     root = math.sqrt(k * reduced) * fraction
     damping = numbers.damping_n * root
-    fn = chosen.normal_force(normal, overlap, un, k, damping, tail)
+    fn = chosen.normal_force(normal, overlap, un, k, damping)
     dissipated_energy = (chosen.elastic_force(normal, overlap, k) - fn) * un * dt
     elastic_energy = chosen.elastic_energy(normal, overlap, k)
     excess = 0.0
@@ -313,7 +313,7 @@ def at_rest(overlap, radii, stiffness, rows, scheme):
         bodies = Bodies(stiffness[c], 0.0, first * second / (first + second), first, second, 0.0)
         numbers = numbers_of(table, 0, c)
         k[c] = chosen.stiffness(scheme.normal, numbers.normal, max(overlap[c], 0.0), bodies)
-        normal[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0, True)
+        normal[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0)
         normal[c] -= chosen.pull(scheme.cohesion, numbers.cohesion, overlap[c], bodies)
     return k, normal
 

@@ -51,13 +51,11 @@ class Chunk(NamedTuple):
 
 
 class Step(NamedTuple):
-    """``dt`` [s] and ``half`` of it (0: forces are only evaluated); ``tail``: the normal force may pull at the end of
-    a contact; ``over_speed``: limit on the closing speed of a returned grain over the contact wave speed (0: none);
-    ``warn``: overlaps above this are counted, in radii."""
+    """``dt`` [s] and ``half`` of it (0: forces are only evaluated); ``over_speed``: limit on the closing speed of a
+    returned grain over the contact wave speed (0: none); ``warn``: overlaps above this are counted, in radii."""
 
     dt: float
     half: float
-    tail: bool
     over_speed: float
     warn: float
 

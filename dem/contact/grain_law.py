@@ -1,5 +1,5 @@
-"""The values of one species of grain: the keys of ``[dem.contact.shell]`` and ``[dem.contact.ocean]``, composed from
-the ``Parameters`` of the laws."""
+"""The values of one species of grain: the keys of ``[dem.contact.shell]``, composed from the ``Parameters`` of the
+laws, and those of the ocean."""
 
 from __future__ import annotations
 

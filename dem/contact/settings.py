@@ -30,22 +30,26 @@ from dem.laws import dispatch
 from dem.laws.dispatch import FAMILIES, between, smaller
 from matter.case import material
 from matter.case.body import Model
+from matter.case.identity_fields import Follows
 from matter.case.quantity import Angle, PositiveSpeed
 from matter.compilation.law_family import Family, keys
 from matter.particles import Particles
 
-Fraction = Annotated[float, Field(gt=0.0, le=1.0)]
+WAVE_SPEED_LIMIT = 2.0
+"""The contact wave speed 2 r sqrt(k_n / m) never exceeds this times the sound speed of the grain's material."""
+OVERLAP_WARN = 0.15
+"""Overlaps above this, in radii of the smaller grain, are reported."""
+RETURNING_SPEED_LIMIT = 0.3
+"""Closing speed of a returned ejecta grain, over the contact wave speed, above which the excess is taken out by a
+dashpot and booked."""
 
 if TYPE_CHECKING:
     NormalName = str
-    TangentialName = str
     CohesionName = str
     _Choices = Model
 else:
     _Choices = create_model("_Choices", __base__=Model, **keys(FAMILIES, "Choices"))
-    NormalName, TangentialName, CohesionName = (
-        Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.TANGENTIAL, dispatch.COHESION)
-    )
+    NormalName, CohesionName = (Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.COHESION))
 
 
 class Contact(_Choices):
@@ -56,49 +60,30 @@ class Contact(_Choices):
     """
 
     normal: NormalName = "hooke"
-    """Normal law; see ``dem.laws``."""
-    tangential: TangentialName = Field(
-        default="spring",
-        description="Tangential law: "
-        + ", ".join(
-            f"``{law.TANGENTIAL}`` goes with ``{name}``"
-            for name, law in zip(dispatch.NORMAL.names, dispatch.NORMAL.laws)
-        )
-        + ".",
-    )
+    """Normal law, which brings its tangential law: ``spring`` with ``hooke``, ``mindlin`` with ``hertz``; see
+    ``dem.laws``."""
     cohesion: CohesionName = "none"
     """Cohesion of grains in contact; see ``dem.laws``."""
 
     shell: GrainLaw = GrainLaw()
     """Contact parameters of solid grains, ``[dem.contact.shell]``."""
-    ocean: GrainLaw = OCEAN
-    """Contact parameters of liquid grains, ``[dem.contact.ocean]``."""
+    ocean: Annotated[GrainLaw, Follows()] = OCEAN
+    """Contact parameters of liquid grains: smooth and hardly bouncing."""
     liquids: tuple[str, ...] = ("water", "water_thesis")
     """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
     """Friction angle by principal stresses: ``shell.friction`` is chosen so that steady shear of the grains has it
     (``dem.trials.friction_angle``). By default that of the ground of the shock stage, where its strength is
     ``drucker_prager`` and the case gives neither friction nor shape of the grains."""
-    tangential_stiffness_ratio: Fraction = 2.0 / 7.0
-    """Tangential over normal stiffness, k_t / k_n."""
-    attractive_tail: bool = True
-    """Whether the normal force may pull at the end of a contact (then the restitution is exact)."""
     static_overlap: Annotated[float, Field(gt=0.0, le=0.2)] = 0.02
     """Overlap under the static load, x_max, in grain radii: k_n = max(P_floor r / x_max, min(2 K r, 33 P_floor r /
     x_max)), the solid's own stiffness where the weight asks for it, else what holds the weight."""
-    wave_speed_limit: Annotated[float, Field(gt=0.0, le=10.0)] = 2.0
-    """The contact wave speed 2 r sqrt(k_n / m) never exceeds this times the sound speed of the grain's material."""
     stiffness_factor: Annotated[float, Field(gt=0.0, le=100.0)] = 1.0
     """Multiplies k_n of every grain after its limits (a sensitivity test doubles it)."""
     steps_per_contact: Annotated[int, Field(ge=8, le=1000)] = 30
     """Time step = shortest contact time / this."""
-    overlap_warn: Annotated[float, Field(gt=0.0, lt=1.0)] = 0.15
-    """Overlaps above this, in radii of the smaller grain, are reported."""
     overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0)] = 0.5
     """An overlap of two bed grains above this, in radii of the smaller grain, stops the run."""
-    returning_speed_limit: Annotated[float, Field(gt=0.0, le=1.0)] = 0.3
-    """Closing speed of a returned ejecta grain, over the contact wave speed, above which the excess is taken out by a
-    dashpot and booked."""
 
     expected_speed: PositiveSpeed | None = None
     """Largest closing speed that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
@@ -107,11 +92,6 @@ class Contact(_Choices):
 
     @model_validator(mode="after")
     def _combination(self) -> Contact:
-        wanted = self.law(dispatch.NORMAL).TANGENTIAL
-        if self.tangential != wanted:
-            raise ValueError(
-                f'normal = "{self.normal}" goes with tangential = "{wanted}", not with "{self.tangential}"'
-            )
         self._check_cohesion()
         for family in FAMILIES:
             for species in range(len(SPECIES) if self.law(family) else 0):
@@ -147,6 +127,11 @@ class Contact(_Choices):
             raise ValueError(
                 f'cohesion = "{self.cohesion}" needs {" or ".join(f"{name}.{own}" for name in SPECIES)} above zero'
             )
+
+    @property
+    def tangential(self) -> str:
+        """The tangential law, that of the normal one."""
+        return str(self.law(dispatch.NORMAL).TANGENTIAL)
 
     def name(self, family: Family) -> str:
         """The law that is taken of a family; a family of one law has no key."""
@@ -223,7 +208,7 @@ class Contact(_Choices):
                     smaller(self.values(family, a), self.values(family, b))
                     for family in (dispatch.TANGENTIAL, dispatch.ROLLING, dispatch.TWISTING)
                 )
-                ratio = self.law(dispatch.TANGENTIAL).stiffness_ratio(one, two, self.tangential_stiffness_ratio)
+                ratio = self.law(dispatch.TANGENTIAL).stiffness_ratio(one, two)
                 row[DAMPING_N] = normal.damping_number(smaller(one, two).restitution)
                 # C_t = number sqrt(k_t m) = number sqrt(k_t / k_n) sqrt(k_n m)
                 row[DAMPING_T] = normal.damping_number(sliding.restitution_tangential) * np.sqrt(ratio)
@@ -292,9 +277,9 @@ class Contact(_Choices):
         )
 
     def stiffness_limit(self, radius: np.ndarray, mass: np.ndarray, sound_speed: float) -> np.ndarray:
-        """Largest k_n [N/m] at which the contact wave speed stays below ``wave_speed_limit`` times ``sound_speed``
+        """Largest k_n [N/m] at which the contact wave speed stays below ``WAVE_SPEED_LIMIT`` times ``sound_speed``
         [m/s]."""
-        return mass * (self.wave_speed_limit * sound_speed / (2.0 * radius)) ** 2
+        return mass * (WAVE_SPEED_LIMIT * sound_speed / (2.0 * radius)) ** 2
 
     def time_step(self, grains: Particles, gravity: Gravity | None = None) -> float:
         """Time step [s]: shortest contact time / ``steps_per_contact``.

@@ -16,6 +16,7 @@ import numpy as np
 
 from dem.contact.settings import SPECIES, Contact, GrainLaw
 from dem.laws import normal_hooke
+from dem.laws.tangential_spring import STIFFNESS_RATIO
 from matter.particles import Particles
 
 STIFFNESS_STEP = 0.04
@@ -158,7 +159,7 @@ def softer(one: GrainLaw, two: GrainLaw) -> GrainLaw:
 
 def numbers(contact: Contact, law: GrainLaw, k: float, reduced: float, radius: float) -> PairNumbers:
     """Springs and dashpots from the law, k_n, m_red and R."""
-    ratio = contact.tangential_stiffness_ratio
+    ratio = STIFFNESS_RATIO
     root = np.sqrt(k * reduced)
     c_n = float(normal_hooke.damping_number(law.restitution) * root)
     c_t = float(normal_hooke.damping_number(law.restitution_tangential) * np.sqrt(ratio) * root)

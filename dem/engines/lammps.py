@@ -41,7 +41,7 @@ MOST_BINS = 128
 gigabytes."""
 
 
-def law(pair: PairNumbers, tail: bool) -> str:
+def law(pair: PairNumbers) -> str:
     """One contact in the syntax of ``pair_coeff`` and of wall fixes."""
     text = f"hooke {pair.k_n:.17g} {pair.restitution:.17g}"
     if pair.rough:
@@ -60,7 +60,7 @@ def law(pair: PairNumbers, tail: bool) -> str:
             f" twisting sds {2.0 * pair.k_t * arm2:.17g} {2.0 * pair.c_t * arm2:.17g} "
             f"{pair.twisting * pair.friction * pair.arm:.17g}"
         )
-    return text + " damping coeff_restitution" + ("" if tail else " limit_damping")
+    return text + " damping coeff_restitution"
 
 
 def region(wall: Wall, name: str, reach: float) -> str:
@@ -155,10 +155,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         "pair_style granular",
     ]  # fmt: skip
     for a in range(len(classes)):
-        lines += [
-            f"pair_coeff {a + 1} {b + 1} {law(classes.pair(contact, a, b), contact.attractive_tail)}"
-            for b in range(a, len(classes))
-        ]
+        lines += [f"pair_coeff {a + 1} {b + 1} {law(classes.pair(contact, a, b))}" for b in range(a, len(classes))]
     pairs = planes(scene.walls)
     lines += [region(wall, f"wall{w}", reach) for w, wall in enumerate(scene.walls) if not flat(wall)]
     for rough in (True, False):
@@ -170,12 +167,12 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         lines += [f"group {name}{a} type {' '.join(str(k + 1) for k in part)}" for a, part in enumerate(parts)]
         for a in range(len(wide)):
             for w, wall in chosen:
-                text = law(wide.wall(contact, a, wall.species), contact.attractive_tail)
+                text = law(wide.wall(contact, a, wall.species))
                 if not flat(wall):
                     lines.append(f"fix w{w}c{a} {name}{a} wall/gran/region granular {text} region wall{w}")
             for p, (species, axis, low, high) in enumerate(pairs):
                 if (species >= 0) == rough:
-                    text = law(wide.wall(contact, a, species), contact.attractive_tail)
+                    text = law(wide.wall(contact, a, species))
                     lines.append(f"fix p{p}c{a} {name}{a} wall/gran granular {text} {axis}plane {low} {high}")
     lines += body_forces.force_commands(scene)
     if plan.integrate:

@@ -125,9 +125,8 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
         f"fix rollingStiffness all property/global rollingStiffness scalar {1.0 / max(rolling, default=1.0) ** 2:.17g}"
     )
     model = "hooke/stiffness tangential history" + (" rolling_friction epsd3" if rolling else "")
-    limit = "" if scene.contact.attractive_tail else " limitForce on"
-    lines += [f"pair_style gran model {model}{limit}", "pair_coeff * *"]
-    walls, forces = _walls(scene, plan, folder, model, limit)
+    lines += [f"pair_style gran model {model}", "pair_coeff * *"]
+    walls, forces = _walls(scene, plan, folder, model)
     lines += walls
     if any("store/state" in line for line in forces):
         lines.append("run 0")  # fix store/state reads a list that the program makes at its first run
@@ -147,7 +146,7 @@ def write(scene: Scene, plan: Plan, folder: Path, deck: str) -> None:
     write_deck(lines, folder / deck)
 
 
-def _walls(scene: Scene, plan: Plan, folder: Path, model: str, limit: str) -> tuple[list[str], list[str]]:
+def _walls(scene: Scene, plan: Plan, folder: Path, model: str) -> tuple[list[str], list[str]]:
     """Lines of the walls, and those of all forces on the bodies; writes the meshes on a fresh start."""
     reach, count = scene.reach, len(scene.classes)
     lines: list[str] = []
@@ -155,7 +154,7 @@ def _walls(scene: Scene, plan: Plan, folder: Path, model: str, limit: str) -> tu
     for w, wall in enumerate(scene.walls):
         where = _primitive(wall, count + w + 1)
         if where is not None:
-            lines.append(f"fix w{w} all wall/gran model {model} {where}{limit}")
+            lines.append(f"fix w{w} all wall/gran model {model} {where}")
             continue
         if wall.kind == SPHERE_OUTSIDE:
             if plan.resume is None:
@@ -170,9 +169,7 @@ def _walls(scene: Scene, plan: Plan, folder: Path, model: str, limit: str) -> tu
         # facets within this angle count as one smooth surface: their common edges push nothing
         lines.append(f"fix mesh{w} all mesh/surface file wall{w}.stl type {count + w + 1} curvature {SMOOTH_ANGLE}")
     if meshes:  # the program takes one fix for all of them
-        lines.append(
-            f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}{limit}"
-        )
+        lines.append(f"fix meshes all wall/gran model {model} mesh n_meshes {len(meshes)} meshes {' '.join(meshes)}")
     return lines, forces
 
 

@@ -28,7 +28,7 @@ from dem.contact.columns import (
 )
 from dem.contact.contact_scheme import Boundaries, ExternalField, Grains, Halo, Listed, Step
 from dem.contact.gravity import Field
-from dem.contact.settings import Contact, shortest_contact_time
+from dem.contact.settings import OVERLAP_WARN, RETURNING_SPEED_LIMIT, Contact, shortest_contact_time
 from dem.grains import cached_gravity, contact_tables, forces, grain_integrator, removed_grains
 from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, GrainList, check
 from dem.grains.self_gravity import SelfGravity
@@ -207,9 +207,7 @@ class Assembly(GrainList):
         return tuple(Grains(self.X, self.V, self.W, self.A, self.E, self.F, self.kind, self.returned))
 
     def _step_of(self, dt: float, over_speed: float = 0.0) -> tuple:
-        return tuple(
-            Step(float(dt), 0.5 * float(dt), self.contact.attractive_tail, over_speed, self.contact.overlap_warn)
-        )
+        return tuple(Step(float(dt), 0.5 * float(dt), over_speed, OVERLAP_WARN))
 
     def _drift(self, c: int) -> float:
         return grain_integrator.drift(
@@ -240,7 +238,7 @@ class Assembly(GrainList):
         )
 
     def _forces(self, initial: bool = False) -> None:
-        step = self._step_of(0.0) if initial else self._step_of(self.dt, self.contact.returning_speed_limit)
+        step = self._step_of(0.0) if initial else self._step_of(self.dt, RETURNING_SPEED_LIMIT)
         kept = (self.hist.copy(), self.wall_history.copy()) if initial else None
         self._each(lambda c: self._pairs(c, step))
         bad = max(self._each(lambda c: self._kick(c, step)))

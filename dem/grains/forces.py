@@ -90,7 +90,7 @@ def pair_loop(scheme: Scheme) -> Any:
     columns = PAIR_COLUMNS if scheme.cohesion != 0 else NORMAL.stop  # that its contacts read
 
     @kernel(fastmath=True, forceinline=True)
-    def apply_laws(count, s, dt, tail):
+    def apply_laws(count, s, dt):
         """The laws on ``count`` contacts in the columns of ``s``: positions, velocities, histories, tables in; forces,
         energies, histories out."""
         for k in range(count):
@@ -124,7 +124,7 @@ def pair_loop(scheme: Scheme) -> Any:
             limit = s[_FAST, k]
             bodies = Bodies(k_n, reduced, radius, ri, rj, max(limit, 0.0))
             fn, tx, ty, tz, mx, my, mz, elastic_energy, dissipated_energy, beyond, h = contact(
-                kinematics, bodies, numbers, springs, dt, tail, scheme
+                kinematics, bodies, numbers, springs, dt, scheme
             )
             nx, ny, nz, overlap = kinematics.nx, kinematics.ny, kinematics.nz, kinematics.overlap
             tx -= fn * nx
@@ -178,7 +178,7 @@ def pair_loop(scheme: Scheme) -> Any:
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
         X, V, F, kind, returned = grains.X, grains.V, grains.F, grains.kind, grains.returned
         first, col, known, hist, table = listed
-        dt, tail, over_speed, warn = step.dt, step.tail, step.over_speed, step.warn
+        dt, over_speed, warn = step.dt, step.over_speed, step.warn
         s = np.empty((_WIDTH, BLOCK))
         entry, one, two = (
             np.empty(BLOCK + WIDE, np.int32),
@@ -281,7 +281,7 @@ def pair_loop(scheme: Scheme) -> Any:
                 for c in range(LANES, columns):
                     for k in range(filled):
                         s[_TABLE + c, k] = of_pair[pair[k], c]
-            apply_laws(filled, s, dt, tail)
+            apply_laws(filled, s, dt)
             contacts += m
             largest, furthest = 0.0, 0
             for k in range(m):

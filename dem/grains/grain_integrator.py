@@ -108,7 +108,7 @@ def kick_loop(scheme: Scheme) -> Any:
         halo_force, last = halo
         rows, walled, wall_tables, wall_history = walls
         uniform, g_table, g_radius, weight, drag, self_acceleration = external
-        dt, half, tail = step.dt, step.half, step.tail
+        dt, half = step.dt, step.half
         bad = -1
         drag_loss, wall_dissipated, wall_elastic, worst, worst_grain, fastest = 0.0, 0.0, 0.0, 0.0, -1, 0.0
         jx, jy, jz, lx, ly, lz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
@@ -185,7 +185,7 @@ def kick_loop(scheme: Scheme) -> Any:
                     )  # fmt: skip
                     bodies = Bodies(stiffness, m, radius, radius, 0.0, 0.0)
                     fn, fx, fy, fz, mx, my, mz, elastic_energy, dissipated_energy, _, h = contact(
-                        kinematics, bodies, numbers, springs, dt, tail, scheme
+                        kinematics, bodies, numbers, springs, dt, scheme
                     )
                     wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1] = h.sx, h.sy
                     wall_history[i, w, SLIP + 2] = h.sz

@@ -45,10 +45,10 @@ elastic_energy = NORMAL.choose(
 )
 normal_force = NORMAL.choose(
     "force",
-    "overlap, separation_speed, k, damping, tail",
+    "overlap, separation_speed, k, damping",
     rows=False,
     inline=True,
-    about="F_n [N], which pushes apart; with ``tail`` it may pull at the end of a contact.",
+    about="F_n [N], which pushes apart; it may pull at the end of a contact.",
 )
 tangential_force = TANGENTIAL.choose(
     "force",

@@ -159,10 +159,7 @@ def elastic_energy(overlap, stiffness):
 
 
 @law
-def force(overlap, separation_speed, stiffness, damping, attractive_tail):
-    """F_n [N] from overlap [m], u_n [m/s], the tangent stiffness k [N/m], C_n [kg/s]; ``attractive_tail`` False clips
-    it at zero."""
-    f = 2.0 / 3.0 * stiffness * overlap - damping * separation_speed
-    if f < 0.0 and not attractive_tail:
-        return 0.0
-    return f
+def force(overlap, separation_speed, stiffness, damping):
+    """F_n [N] from overlap [m], u_n [m/s], the tangent stiffness k [N/m], C_n [kg/s]; it may pull at the end
+    of a contact."""
+    return 2.0 / 3.0 * stiffness * overlap - damping * separation_speed

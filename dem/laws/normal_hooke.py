@@ -6,8 +6,8 @@
 x overlap [m], u_n separation speed of the two grains along their line of centres [m/s] (negative while they approach),
 k_n stiffness [N/m], m_red = m1 m2 / (m1 + m2) reduced mass [kg], e_n coefficient of restitution.
 
-With the attractive tail kept (the force may pull at the end of a contact) a pair rebounds with exactly e_n after t_c =
-pi / sqrt(k_n/m_red - (C_n / 2 m_red)^2). With the tail clipped at zero the true restitution is larger (0.50 -> 0.55).
+The force may pull at the end of a contact: so a pair rebounds with exactly e_n after t_c = pi / sqrt(k_n/m_red -
+(C_n / 2 m_red)^2).
 
 Valid for overlaps that are small against the radii; the linear law has no material stiffness of its own.
 
@@ -81,9 +81,6 @@ def elastic_energy(overlap, stiffness):
 
 
 @law
-def force(overlap, separation_speed, stiffness, damping, attractive_tail):
-    """F_n [N] from overlap [m], u_n [m/s], k_n [N/m], C_n [kg/s]; ``attractive_tail`` False clips it at zero."""
-    f = stiffness * overlap - damping * separation_speed
-    if f < 0.0 and not attractive_tail:
-        return 0.0
-    return f
+def force(overlap, separation_speed, stiffness, damping):
+    """F_n [N] from overlap [m], u_n [m/s], k_n [N/m], C_n [kg/s]; it may pull at the end of a contact."""
+    return stiffness * overlap - damping * separation_speed

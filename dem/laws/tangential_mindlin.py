@@ -64,8 +64,8 @@ def effective_shear_modulus(first: normal_hertz.Parameters, second: normal_hertz
     )
 
 
-def stiffness_ratio(one: normal_hertz.Parameters, two: normal_hertz.Parameters, given: float) -> float:
-    """k_t / k = 4 G* / E* of two species, whatever is ``given`` for springs of constant stiffness."""
+def stiffness_ratio(one: normal_hertz.Parameters, two: normal_hertz.Parameters) -> float:
+    """k_t / k = 4 G* / E* of two species."""
     return 4.0 * effective_shear_modulus(one, two) / normal_hertz.effective_modulus(one, two)
 
 

@@ -39,9 +39,13 @@ class Parameters(NamedTuple):
     ] = 0.55
 
 
-def stiffness_ratio(one: object, two: object, given: float) -> float:
-    """k_t / k_n of two species: the one that is ``given`` for all (``tangential_stiffness_ratio``)."""
-    return given
+STIFFNESS_RATIO = 2.0 / 7.0
+"""k_t / k_n."""
+
+
+def stiffness_ratio(one: object, two: object) -> float:
+    """k_t / k_n of two species: the same for all."""
+    return STIFFNESS_RATIO
 
 
 @law

@@ -11,7 +11,7 @@ are as much smaller. So k_n is raised between bed and collapse
 by one factor q for all grains. Every contact keeps its forces: the overlap x in which it settled becomes x / q by an
 offset (``dem.stiffness.change``), so that the bed stays in balance; its springs hold 1 / q of the energy that they
 held. v is the fastest approach of two neighbouring compact grains at the handoff, or given. A bed in its solid's own
-springs, that of a large body, keeps them unless v is given. The contact wave speed stays below ``wave_speed_limit``
+springs, that of a large body, keeps them unless v is given. The contact wave speed stays below ``WAVE_SPEED_LIMIT``
 times the sound speed of the grains' material, and no bed is made softer.
 
 Source of k_n: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363, section 2.4; the offsets are this project's

@@ -58,13 +58,12 @@ class Frame(NamedTuple):
 
 
 class Drive(NamedTuple):
-    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``; attractive ``tail`` of the contacts."""
+    """``rate`` of shear, ``pressure`` (0: heights are kept), ``drag``, ``dt``."""
 
     rate: float
     pressure: float
     drag: float
     dt: float
-    tail: bool
 
 
 @kernel
@@ -140,9 +139,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
                 0.0,
             )
             bodies = Bodies(min(ki, V[j, STIFFNESS]), mi * mj / (mi + mj), ri * rj / (ri + rj), ri, rj, 0.0)
-            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(
-                kinematics, bodies, numbers, springs, drive.dt, drive.tail, scheme
-            )
+            fn, tx, ty, tz, mx, my, mz, _, _, _, h = contact(kinematics, bodies, numbers, springs, drive.dt, scheme)
             hist[e, SLIP], hist[e, SLIP + 1], hist[e, SLIP + 2] = h.sx, h.sy, h.sz
             hist[e, ROLL], hist[e, ROLL + 1], hist[e, ROLL + 2], hist[e, TWIST] = h.ax, h.ay, h.az, h.phi
             hist[e, TOUCHING] = h.flag

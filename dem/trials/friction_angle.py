@@ -65,7 +65,7 @@ def _sources() -> list[str]:
 
 
 def _cache_path(contact: Contact, method: str, options: dict[str, Any]) -> Path:
-    law = contact.model_dump(include={"shell", "tangential_stiffness_ratio", "attractive_tail"})
+    law = contact.model_dump(include={"shell"})
     text = json.dumps([law, method, options, _sources()], sort_keys=True)
     return jit.cache_root().parent / "friction_angle" / f"{hashlib.sha256(text.encode()).hexdigest()[:24]}.json"
 
@@ -158,8 +158,7 @@ def resolved(contact: Contact) -> Contact:
 def _as_measured(contact: Contact) -> bool:
     """Whether the law is the default one, but for friction and cohesion, which the cell leaves out."""
     shell = {"restitution", "restitution_tangential", "shape", "rolling", "twisting"}
-    law: Any = {"tangential_stiffness_ratio": True, "attractive_tail": True, "shell": shell}
-    return contact.model_dump(include=law) == Contact().model_dump(include=law)
+    return contact.shell.model_dump(include=shell) == Contact().shell.model_dump(include=shell)
 
 
 # -- the command

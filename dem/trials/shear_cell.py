@@ -210,7 +210,7 @@ class Cell:
         while left > 0:
             sample = Sample(self.X, self.V, self.W, self.A, self.F, self.held, self.start)
             touching = CellContacts(self.row, self.col, self.hist, self.table)
-            drive = Drive(float(self.rate), float(self.pressure), float(self.drag), self.dt, self.law.attractive_tail)
+            drive = Drive(float(self.rate), float(self.pressure), float(self.drag), self.dt)
             done, worst = _advance(
                 left, sample, touching, Frame(self.period, self.clock, self.slab, self.gravity), drive, sums
             )

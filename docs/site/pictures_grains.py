@@ -109,7 +109,7 @@ def sliding(law: ModuleType, axes: Any) -> str:
 def mindlin(law: ModuleType, axes: Any) -> str:
     """A contact that is pressed, sheared, let loose and sheared back, by both rules."""
     grain = normal_hertz.Parameters(elastic_modulus=MODULUS)
-    row, ratio = _row(normal_hertz), law.stiffness_ratio(grain, grain, 0.0)
+    row, ratio = _row(normal_hertz), law.stiffness_ratio(grain, grain)
     phase = np.linspace(0.0, 4.0 * np.pi, 800)
     overlap = 1e-3 * (1.0 - 0.5 * np.sin(2.0 * phase))
     slip = 0.15e-3 * np.sin(phase)

@@ -186,7 +186,7 @@ def compare(handoff: Handoff, direct: Direct, mapped: Ledger, bed: Particles) ->
     settled bed under its weight.
     """
     region = handoff.region
-    steps, overlap = overlaps.contact_numbers(bed)
+    steps, overlap = overlaps.steps_per_contact(bed), overlaps.OVERLAP_WARN
     grains = handoff.start.select(handoff.start.state == IN_CONTACT)
     bare = overlaps.measure(grains, region)
     value = {row["name"]: row["value"] for row in mapped.rows}

@@ -20,7 +20,9 @@ from matter.particles import Particles
 
 SOURCES = ("Ballouz2019",)
 
-_STEPS_PER_CONTACT, _OVERLAP_WARN = 30, 0.15
+OVERLAP_WARN = 0.15
+"""Overlaps above this, in radii, are warned of in the collapse."""
+_STEPS_PER_CONTACT = 30
 # the granular stage softens grains whose k / m is above this many times that of the stiffest tenth
 _SOFTENED, _STIFF = 2.0, 90.0
 
@@ -136,8 +138,6 @@ def contact_step(grains: Particles, steps: int) -> float:
     return float(np.pi * np.sqrt(0.5 / stiffest)) / steps
 
 
-def contact_numbers(bed: Particles) -> tuple[int, float]:
-    """Steps per contact and the overlap that is warned of, in radii: the bed's own contact settings, or their
-    defaults."""
-    said = bed.attributes.get("contact", {})
-    return int(said.get("steps_per_contact", _STEPS_PER_CONTACT)), float(said.get("overlap_warn", _OVERLAP_WARN))
+def steps_per_contact(bed: Particles) -> int:
+    """Steps per contact: the bed's own, or the default of the collapse."""
+    return int(bed.attributes.get("contact", {}).get("steps_per_contact", _STEPS_PER_CONTACT))

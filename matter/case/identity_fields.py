@@ -22,13 +22,19 @@ class NotIdentity:
 
 @dataclass(frozen=True)
 class Follows:
-    """Marks a setting that no case gives and none of its files shows: it follows from another table or stage."""
+    """Marks a setting that no case gives and none of its files shows: it follows from another table or stage, or is
+    always the same."""
 
 
-def following(model: type[BaseModel]) -> tuple[str, ...]:
-    """Names of the settings of ``model`` that follow from others."""
-    marks = {name: entry.metadata for name, entry in model.model_fields.items()}
-    return tuple(name for name, found in marks.items() if any(isinstance(item, Follows) for item in found))
+def following(model: type[BaseModel]) -> list[tuple[str, ...]]:
+    """Paths of the settings of ``model``, and of the tables in it, that bear ``Follows``."""
+    paths: list[tuple[str, ...]] = []
+    for name, entry in model.model_fields.items():
+        if any(isinstance(item, Follows) for item in entry.metadata):
+            paths.append((name,))
+        elif isinstance(entry.annotation, type) and issubclass(entry.annotation, BaseModel):
+            paths += [(name, *path) for path in following(entry.annotation)]
+    return paths
 
 
 def identity_fields(value: Any) -> Any:

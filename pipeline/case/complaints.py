@@ -103,7 +103,7 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
                 [
                     name
                     for name in names_at(model, path[:-1])
-                    if len(path) > 1 or name not in (*SHARED_TABLES, *following(model))
+                    if (*path[:-1], name) not in {*following(model), *((shared,) for shared in SHARED_TABLES)}
                 ],
             )
         case "missing" | "missing_argument":
@@ -135,6 +135,18 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
             return f"{entry['msg'][:1].lower()}{entry['msg'][1:]}{given}"
 
 
+FORMER = {
+    **dict.fromkeys(("bed_grains", "bed_step", "bed_radius"), "the stages before say it"),
+    "tangential": 'the normal law brings its own, "spring" or "mindlin"',
+    "attractive_tail": "contacts may always pull at their end",
+    "tangential_stiffness_ratio": "it is 2/7",
+    "wave_speed_limit": "it is 2",
+    "overlap_warn": "it is 0.15 radii",
+    "returning_speed_limit": "it is 0.3",
+    "ocean": "liquid grains are smooth",
+}
+"""Keys that there were: what stands in their stead. A run of an earlier version names them in its file."""
+
 # pydantic's words for what a value should have been, in a user's
 _KINDS = {
     "int_type": "a whole number", "int_parsing": "a whole number", "int_from_float": "a whole number",
@@ -148,6 +160,8 @@ _KINDS = {
 def unknown(word: str, names: list[str], what: str = "key") -> str:
     """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing
     is near."""
+    if word in FORMER:
+        return f"there is no such {what} any more: {FORMER[word]}"
     near = nearest(word, names, 0.75)
     if not near and (elsewhere := keys.paths_named(word)):
         return f"there is no such {what} here; did you mean {' or '.join(repr(name) for name in elsewhere[:3])}?"

@@ -22,9 +22,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.materials.NAME.eos": ("table",),
     "handoff.correction": ("regional",),
     "dem.contact.normal": ("hertz",),
-    "dem.contact.tangential": ("mindlin",),
     "dem.contact.mindlin_history": ("displacement",),
-    "dem.contact.attractive_tail": (False,),
 }
 """Path of a key, with ``NAME`` for any material -> the values that are experimental; an empty tuple: any but its
 default."""

@@ -109,7 +109,7 @@ def stands_elsewhere(path: tuple[str, ...], name: str, entry: FieldInfo) -> bool
     bed ``[dem.contact]``, or what bears ``Follows``."""
     shared = name in stages.SHARED_TABLES or (path[0], name) == ("bed", "contact")
     follows = any(isinstance(item, Follows) for item in entry.metadata)
-    return len(path) == 1 and path[0] in stages.ORDER and (shared or follows)
+    return follows or (shared and len(path) == 1 and path[0] in stages.ORDER)
 
 
 def inner_tables(annotation: Any, many: str = "") -> Iterator[tuple[Any, str]]:

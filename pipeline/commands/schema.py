@@ -98,8 +98,8 @@ def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dic
     for name, definition in whole.pop("$defs", {}).items():
         definitions[f"{path[0]}.{name}"] = _plain(definition, name)
     schema = _plain(whole, kind.__name__)
-    for name in following(kind) if issubclass(kind, BaseModel) else ():
-        schema["properties"].pop(name, None)
+    for *outer, name in following(kind) if issubclass(kind, BaseModel) else ():
+        (definitions[f"{path[0]}.{outer[-1].title()}"] if outer else schema)["properties"].pop(name, None)
     if path[0] in keys.OUTSIDE:
         name, meaning = stages.OUTSIDE[path[0]], keys.OUTSIDE[path[0]]
         either = {"description": keys.text_of(meaning), "type": "string"}

@@ -190,9 +190,13 @@ def _own_densities(sph: Any) -> dict[str, AtRest]:
 
 def _said_in_vain(model: type[Model], table: dict[str, Any], stage: str) -> list[Complaint]:
     """Keys that a case may not say, for they follow from others."""
-    names = [name for name in names_at(model, ()) if name not in (*stages.SHARED_TABLES, *following(model))]
-    given = [name for name in following(model) if name in table]
-    return [Complaint((stage, name), unknown(name, names)) for name in given]
+    against = []
+    for *outer, name in following(model):
+        if overlay.at(table, ".".join((*outer, name))) is not None:
+            hidden = {*following(model), *((shared,) for shared in stages.SHARED_TABLES)}
+            names = [known for known in names_at(model, tuple(outer)) if (*outer, known) not in hidden]
+            against.append(Complaint((stage, *outer, name), unknown(name, names)))
+    return against
 
 
 def _checked(

@@ -5,6 +5,7 @@ The file is itself a case: running it gives the same settings to the last bit, w
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import itertools
 from pathlib import Path
@@ -37,8 +38,8 @@ def write(path: Path, case: Case, settings: dict[str, Model]) -> None:
         for name in stages.SHARED_TABLES:
             if name in table and name in case.document:
                 content.setdefault(name, table.pop(name))
-        for name in following(type(settings[stage])):
-            table.pop(name, None)
+        for *outer, name in following(type(settings[stage])):
+            functools.reduce(dict.__getitem__, outer, table).pop(name, None)
         if (
             stage == "bed"
             and isinstance(case.document.get("dem"), dict)

@@ -100,7 +100,7 @@ def test_a_pull_presses_and_so_adds_friction():
 def test_a_sticky_cluster_keeps_its_momenta_and_never_gains_energy(law, strength, normal):
     grain = STICKY.model_copy(update={"cohesion": strength, "elastic_modulus": 3e6})
     contact = Contact(
-        shell=grain, ocean=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin",
+        shell=grain, ocean=grain, cohesion=law, normal=normal,
         overlap_stop=1.5,
         steps_per_contact=60,
     )  # fmt: skip
@@ -125,9 +125,7 @@ def test_the_measured_force_of_a_contact_at_rest_is_the_one_that_acts(law, norma
     from dem.beds import bed_measures
 
     grain = GrainLaw(cohesion=50.0 if law != "none" else 0.0, shape=0.5, elastic_modulus=1e4)
-    contact = Contact(
-        shell=grain, cohesion=law, normal=normal, tangential="spring" if normal == "hooke" else "mindlin"
-    )
+    contact = Contact(shell=grain, cohesion=law, normal=normal)
     pair = Assembly(grains([[0, 0, 0], [0, 1.35, 0]], [1.0, 0.4]), contact)
     force = bed_measures.contact_forces(pair)[2]
     assert np.allclose(force[0], pair.A[1, :3] * pair.mass[1], rtol=1e-9)

@@ -243,7 +243,7 @@ def test_softness_resumes_bit_for_bit(settled):
 
 
 def test_what_cannot_soften_is_refused():
-    hertz = Contact(shell=GrainLaw(elastic_modulus=1e6), normal="hertz", tangential="mindlin")
+    hertz = Contact(shell=GrainLaw(elastic_modulus=1e6), normal="hertz")
     sjkr = Contact(shell=GrainLaw(cohesion=1.0), cohesion="sjkr")
     for contact in (hertz, sjkr):
         with pytest.raises(InputError, match="changes in the run"):

@@ -342,7 +342,7 @@ def test_what_an_engine_cannot_do_is_refused_by_name():
         scenes.grains([[0, 0, 0], [3, 0, 0]]), Contact(shell=scenes.SMOOTH), (), Field.constant((0, 0, 0)), 1e-3, 10.0
     )
     assert deviations.needed("liggghts", plain, deviations.Start()) == []
-    hertz = Contact(normal="hertz", tangential="mindlin", shell=GrainLaw(elastic_modulus=1e7))
+    hertz = Contact(normal="hertz", shell=GrainLaw(elastic_modulus=1e7))
     with pytest.raises(InputError, match="normal = 'hertz': engine = 'lammps' is given normal = 'hooke' only"):
         deviations.check("lammps", Scene(grains, hertz, (), Field.constant((0, 0, 0)), 1e-3, 10.0), (), ())
     two = Contact(shell=GrainLaw(rolling=0.5), ocean=GrainLaw(rolling=0.9, shape=0.2))

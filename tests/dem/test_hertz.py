@@ -21,7 +21,7 @@ def hertzian(modulus: float, nu: float, e: float = 1.0, mu: float = 0.0, steps: 
     law = GrainLaw(
         restitution=e, restitution_tangential=e, friction=mu, shape=0.0, elastic_modulus=modulus, poisson_ratio=nu
     )
-    return Contact(shell=law, normal="hertz", tangential="mindlin", steps_per_contact=steps, **more)
+    return Contact(shell=law, normal="hertz", steps_per_contact=steps, **more)
 
 
 class Bounce(NamedTuple):
@@ -152,7 +152,7 @@ def test_only_the_rule_displacement_gains_energy_in_a_cycle():
 
 LAWS = GrainLaw(restitution=0.5, friction=0.6, shape=0.4, elastic_modulus=3e6, poisson_ratio=0.25)
 OCEAN = GrainLaw(restitution=0.3, friction=0.2, shape=0.1, elastic_modulus=1e6, poisson_ratio=0.4)
-HERTZ = Contact(shell=LAWS, ocean=OCEAN, normal="hertz", tangential="mindlin", overlap_stop=1.5)
+HERTZ = Contact(shell=LAWS, ocean=OCEAN, normal="hertz", overlap_stop=1.5)
 
 
 def test_a_cluster_keeps_its_momenta_and_never_gains_energy():
@@ -223,9 +223,7 @@ def test_the_step_resolves_the_fastest_grain_and_the_smallest():
 @pytest.mark.parametrize(
     "settings, words",
     [
-        ({"normal": "hertz"}, 'goes with tangential = "mindlin"'),
-        ({"tangential": "mindlin"}, 'goes with tangential = "spring"'),
-        ({"normal": "hertz", "tangential": "mindlin"}, "needs shell.elastic_modulus"),
+        ({"normal": "hertz"}, "needs shell.elastic_modulus"),
         ({"cohesion": "sjkr"}, "needs shell.cohesion"),
         ({"shell": {"cohesion": 5.0}}, "names no law"),
         ({"shell": {"cohesion": 5.0, "shape": 0.0}, "cohesion": "zhang"}, "needs shape above zero"),

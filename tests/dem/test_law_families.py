@@ -37,9 +37,7 @@ def contact_of(normal: str, cohesion: str = "none", restitution: float = 1.0, **
     ]
     example = {key: value for law in taken for key, value in getattr(law, "EXAMPLE", {}).items()}
     grain = GrainLaw(**{**example, **GRAIN, "restitution": restitution})
-    return Contact(
-        shell=grain, normal=normal, tangential=taken[0].TANGENTIAL, cohesion=cohesion, overlap_stop=1.5, **changes
-    )
+    return Contact(shell=grain, normal=normal, cohesion=cohesion, overlap_stop=1.5, **changes)
 
 
 def test_every_file_of_the_folder_is_listed_in_the_family_that_its_name_begins_with():
@@ -105,9 +103,9 @@ def test_a_normal_spring_holds_the_work_that_was_done_on_it(normal):
         assert held == pytest.approx(quad(force, 0.0, x, epsabs=0.0)[0], rel=1e-8) and held > 0.0
         rate = (force(x * (1 + 1e-6)) - force(x * (1 - 1e-6))) / (2e-6 * x)
         assert dispatch.stiffness(kind, row, x, BODIES) == pytest.approx(rate, rel=1e-6)
-        assert dispatch.normal_force(
-            kind, x, 0.0, dispatch.stiffness(kind, row, x, BODIES), 1.0, True
-        ) == pytest.approx(force(x), rel=1e-14)
+        assert dispatch.normal_force(kind, x, 0.0, dispatch.stiffness(kind, row, x, BODIES), 1.0) == pytest.approx(
+            force(x), rel=1e-14
+        )
 
 
 @pytest.mark.parametrize("cohesion", dispatch.COHESION.names[1:])

@@ -44,15 +44,6 @@ def test_restitution_and_contact_time(restitution, steps, tolerance):
         assert duration == pytest.approx(1.0, rel=tolerance)
 
 
-def test_clipped_tail_has_its_known_larger_restitution():
-    # exp(-b (pi - atan(2 b / (1 - b^2)))) with b = |ln e| / pi: 0.5 becomes 0.550
-    b = math.log(2.0) / math.pi
-    expected = math.exp(-b * (math.pi - math.atan(2 * b / (1 - b * b))))
-    assert expected == pytest.approx(0.550, abs=0.001)
-    bounce, _ = collide(0.5, 200, attractive_tail=False)
-    assert bounce == pytest.approx(expected, rel=0.005)
-
-
 def test_restitution_of_unequal_grains_is_the_same():
     steps = 100
     radius, mass = np.array([1.0, 0.5]), np.array([1.0, 0.125])

@@ -32,7 +32,7 @@ from tests.dem.stops import interrupted, same_grains
 pytestmark = pytest.mark.validation
 
 DENSITY = 2400.0
-HERTZ = Contact(normal="hertz", tangential="mindlin", shell=GrainLaw(elastic_modulus=1e7, poisson_ratio=0.3))
+HERTZ = Contact(normal="hertz", shell=GrainLaw(elastic_modulus=1e7, poisson_ratio=0.3))
 DIMORPHOS = {
     "shape": "ellipsoid", "axes": [177.0, 174.0, 116.0], "spin_period": 11.92 * 3600.0, "latitude": -0.154,
     "longitude": 4.61, "layers": [{"name": "body", "material": "basalt"}],

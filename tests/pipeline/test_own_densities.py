@@ -125,6 +125,8 @@ def test_a_case_that_says_them_is_told_there_is_no_such_key(stage):
         composed(f"{stage}.densities.basalt.solid=2700 kg/m^3", f"{stage}.densities.basalt.bulk=2700 kg/m^3")
     with pytest.raises(InputError, match=r"dem\.bed_grains: there is no such key"):
         composed("dem.bed_grains=2000")
+    with pytest.raises(InputError, match=r"dem\.contact\.ocean: there is no such key any more: liquid grains"):
+        composed("dem.contact.ocean.friction=0.1")
 
 
 def test_springs_of_a_layered_bed_are_bounded_by_the_solid_of_the_case(tmp_path):

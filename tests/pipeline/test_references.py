@@ -23,7 +23,7 @@ NAMING = [
     if "\nSOURCES = " in file.read_text()
 ]
 HERTZ = (
-    'dem.contact.normal="hertz"', 'dem.contact.tangential="mindlin"',
+    'dem.contact.normal="hertz"',
     'dem.contact.shell={"elastic_modulus" = "1 GPa"}',
     'dem.contact.expected_speed="100 m/s"', "dem.springs_for=\"bed\"",
 )  # fmt: skip
