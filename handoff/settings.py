@@ -49,8 +49,6 @@ class Settings(cloud_surface.Rules):
     method: Literal["mapped", "direct"] = "mapped"
     """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see
     ``handoff.transfer.direct``). The report compares both."""
-    direct_packing: float = Field(1.0, gt=0.1, le=1.0)
-    """Fraction of a particle's volume that its sphere holds in the direct transition; 1: equal volume."""
     control: controls.Kind = "none"
     """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the
     datum (the ledger is the handoff's)."""

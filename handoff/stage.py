@@ -79,7 +79,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress.update(0.6, "surface and transfer", force=True)
     handoff = transfer.hand_over(source, bed, rules, column, region, settings.until or math.inf)
     mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
-    straight = direct.hand_over(handoff, source, bed, column, settings.direct_packing) if "stiffness" in bed else None
+    straight = direct.hand_over(handoff, source, bed, column) if "stiffness" in bed else None
     table = direct.compare(handoff, straight, mapped, bed) if straight else None
     ledger = mapped
     if settings.method == "direct":

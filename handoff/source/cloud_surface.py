@@ -43,6 +43,8 @@ COMPACT, SPARSE, EXPANDED, FAST, HIGH, DETACHED = range(6)
 SPARSEST = 0.5
 """Fraction of its packed density at which matter still counts as compact; what is sparser and yet compact is counted
 as if it had this much."""
+LONELY = 6
+"""A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
 # m, kg, kg/m^3 against cm, km, g or g/cm^3 is a factor of 1000 at least; a body with a crater lies within 5 of 1
 _UNITS = 50.0
 # in spacings above the datum: what is higher has left the ground
@@ -64,19 +66,9 @@ class Rules(Model):
     offset: float | Literal["auto"] = "auto"
     """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass
     over density, point by point."""
-    smoothing: int = Field(6, ge=0, le=50)
-    """Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they
-    are finer than grains."""
-    neighbours: int = Field(6, ge=0, le=60)
-    """A particle with fewer neighbours inside its support is ejecta (a full support of 2 spacings holds about 33)."""
-    mapping: Literal["linear", "kernel", "nearest"] = "linear"
-    """``linear``: exact for linear velocity fields, by moving least squares; ``kernel``: the kernel mean of the
-    particles around; ``nearest``: the velocity of the nearest compact particle."""
-    correction: Literal["global", "regional"] = "global"
-    """``regional``: momentum is first closed region by region, blended by smooth weights; the global correction then
-    closes the rest."""
-    region: float = Field(8.0, ge=4.0, le=100.0)
-    """Width of a region of the regional correction in mean grain radii."""
+    mapping: Literal["linear", "nearest"] = "linear"
+    """``linear``: exact for linear velocity fields, by moving least squares; ``nearest``: the velocity of the nearest
+    compact particle."""
     loosened: Literal["full_size", "shrunk"] = "shrunk"
     """Grains that stand for matter which the flow has dilated: ``shrunk``, as small as the matter is when packed
     (``handoff.transfer.bulking``); ``full_size``, as in the bed, so that the matter keeps its dilated volume. With
@@ -203,7 +195,7 @@ def by_motion(source: Particles, domain: Domain, column: Column, rules: Rules) -
     reason[(apex > headroom) & above] = HIGH
     sparser = source.density < SPARSEST * reference_density(source)
     loose = np.where(sparser & ((upward > 0.0) | above), EXPANDED, COMPACT)
-    loose[neighbour_count(source, spacing) < rules.neighbours] = SPARSE
+    loose[neighbour_count(source, spacing) < LONELY] = SPARSE
     if rules.speed_limit == "auto":
         kept = (reason == COMPACT) & (loose == COMPACT)
         limit = speed_limit.default(

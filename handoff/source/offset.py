@@ -32,6 +32,9 @@ _MOST = 1.25
 _WIDTH, _CUT = 2.0, 3.0
 """Standard deviation of the weight in spacings; it ends at so many of these."""
 _ROUNDS = 2
+SMOOTHING = 6
+"""Passes of a volume-keeping filter over the surface, against the roughness of single particles; more where they are
+finer than grains."""
 
 
 def even_points(domain: Domain) -> np.ndarray:
@@ -39,11 +42,11 @@ def even_points(domain: Domain) -> np.ndarray:
     return domain.even_points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
 
 
-def passes(spacing: np.ndarray, rules: Rules, coarse: float) -> np.ndarray:
+def passes(spacing: np.ndarray, coarse: float) -> np.ndarray:
     """Smoothing passes (n,) of the surface: where particles of ``spacing`` (n,) [m] are finer than ``coarse`` [m],
     what the surface is for, more with the square of the ratio: details that grains cannot take over go."""
     finer = np.clip(np.round(np.log2(np.maximum(coarse / spacing, 1.0))), 0, 4)
-    return (rules.smoothing * 4.0**finer).astype(np.int64)
+    return (SMOOTHING * 4.0**finer).astype(np.int64)
 
 
 def by_one_factor(
@@ -51,7 +54,7 @@ def by_one_factor(
 ) -> tuple[OffsetShape, float]:
     """The surface at one factor of the ``spacing`` (n,) [m] of the shape's particles, and that factor:
     ``rules.offset``, or the one at which the solid holds ``fraction`` of the even ``points`` (s, 3)."""
-    smooth = passes(spacing, rules, coarse)
+    smooth = passes(spacing, coarse)
     if rules.offset != "auto":
         return shape.offset(rules.offset * spacing, smooth), float(rules.offset)
     deep = shape.contains(points)

@@ -1,8 +1,8 @@
 """The direct transition: every SPH particle becomes one grain, the common procedure that the mapping onto a settled
 bed improves on.
 
-A particle whose centre lies in the bed's domain (compact), and every ejecta particle, becomes a sphere that holds
-``packing`` of its volume: r = (3 packing m / (4 pi rho))^(1/3), with its mass, position and velocity and without spin.
+A particle whose centre lies in the bed's domain (compact), and every ejecta particle, becomes a sphere of its
+volume: r = (3 m / (4 pi rho))^(1/3), with its mass, position and velocity and without spin.
 Mass, momenta and kinetic energy of these particles are then kept by construction. What is not kept is rest: spheres of
 the full volume overlap wherever particles fill space, the overlaps push the grains apart, and the fastest of them sets
 the step. ``compare`` puts both ways side by side. (Sphere of equal volume: one of the choices of OpenSPH's handoff;
@@ -53,7 +53,7 @@ class Direct:
     excess: overlaps.Overlaps
 
 
-def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Column, packing: float = 1.0) -> Direct:
+def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Column) -> Direct:
     """Grains one to one from the ``source``, split as in ``handoff``; stiffness per radius and contact settings are
     the bed's.
 
@@ -68,7 +68,7 @@ def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Colum
     if len(inside) == 0:
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
     taken = np.concatenate([inside, np.flatnonzero(~handoff.split.compact)])
-    start = _start(source, taken, len(inside), bed, region, column, packing)
+    start = _start(source, taken, len(inside), bed, region, column)
     grain_provenance.give(start, source, region, grain_provenance.one_to_one(source, taken))
     before = correction.sums(source.mass[taken], source.position[taken], source.velocity[taken])
     after = correction.sums(start.mass, start.position, start.velocity, start.radius, start.angular_velocity)
@@ -92,11 +92,10 @@ def _start(
     bed: Particles,
     region: domain.Domain,
     column: Column,
-    packing: float,
 ) -> Particles:
     position, velocity, mass = source.position[taken], source.velocity[taken], source.mass[taken]
     density = counted_density(source)[taken]
-    radius = np.cbrt(3.0 * packing * mass / (4.0 * np.pi * density))
+    radius = np.cbrt(3.0 * mass / (4.0 * np.pi * density))
     escapes = free_flight.escapes(region, column, position, velocity)
     state = np.where(past_edge(position, region) | escapes, BOOKED, IN_CONTACT).astype(np.int8)
     state[:compact] = IN_CONTACT

@@ -48,14 +48,13 @@ class Carving:
 class Mapped:
     """How grains took over motion and mass: the velocity's ``own_gradient`` inside each particle and the
     ``linear_share`` of it that was taken, the ``fields`` of source and grains before any correction, the ``change``
-    (k, 3) of velocity by the corrections [m/s] and the ``regional`` part of it, the ``scale`` of the masses, and the
+    (k, 3) of velocity by the correction [m/s], the ``scale`` of the masses, and the
     ``plain_mass`` [kg] with each grain at its nearest particle's density."""
 
     own_gradient: np.ndarray
     linear_share: float
     fields: Fields
     change: np.ndarray
-    regional: np.ndarray
     scale: float
     plain_mass: float
 

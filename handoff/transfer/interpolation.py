@@ -59,20 +59,6 @@ def local_linear(
     return value, gradient
 
 
-def kernel_mean(tree: cKDTree, velocity: np.ndarray, volume: np.ndarray, query: np.ndarray, count: int) -> np.ndarray:
-    """Kernel interpolation (m, 3) [m/s]: sum V_j W v_j / sum V_j W over the ``count`` nearest particles, Wendland C2
-    as above; exact for constants only."""
-    count = min(count, tree.n - 1)
-    value = np.empty((len(query), 3))
-    for begin in range(0, len(query), _CHUNK):
-        rows = slice(begin, begin + _CHUNK)
-        distance, near = tree.query(query[rows], k=count + 1)
-        q = distance[:, :-1] / distance[:, -1:]
-        weight = np.maximum(volume[near[:, :-1]] * (1.0 - q) ** 4 * (4.0 * q + 1.0), 1e-300)
-        value[rows] = np.einsum("ik,ikb->ib", weight, velocity[near[:, :-1]]) / weight.sum(axis=1)[:, None]
-    return value
-
-
 def matching_factor(
     tree: cKDTree, wanted: np.ndarray, own: np.ndarray, count: int = 24, passes: int = 2
 ) -> np.ndarray:

@@ -5,9 +5,8 @@
 3. each grain that stays takes velocity and spin from the compact particles around it (``interpolation``), material and
    bulk density from the nearest one, and the mass of the volume that it stands for; its size, too, where asked for
    (``loosened``);
-4. masses are rescaled by one factor, velocities corrected by one field a + b x r (after a regional one where asked
-   for), so that mass, linear and angular momentum of the bed's domain and the ejecta are those of the source
-   (``correction``);
+4. masses are rescaled by one factor, velocities corrected by one field a + b x r, so that mass, linear and angular
+   momentum of the bed's domain and the ejecta are those of the source (``correction``);
 5. the ejecta are added as grains or put on the ballistic list (``ejecta``);
 6. every grain is told what matter it stands for (``provenance``).
 """
@@ -22,7 +21,7 @@ from scipy.spatial import cKDTree
 from handoff.domains import domain
 from handoff.domains.whole_body import WholeBody
 from handoff.source import cavity, cloud_surface, grain_size, heights, hydrostatic, offset
-from handoff.transfer import bulking, carve, compare_clouds, grain_provenance, interpolation, mapping
+from handoff.transfer import bulking, carve, compare_clouds, grain_provenance, mapping
 from handoff.transfer import correction as closing
 from handoff.transfer import ejecta as ejected
 from handoff.transfer.handed import Balance, Carving, Compact, Handoff, Mapped
@@ -88,20 +87,13 @@ def hand_over(
     velocity = taken.velocity
     if rules.mapping == "nearest":
         velocity = motion[near]
-    elif rules.mapping == "kernel":
-        velocity = interpolation.kernel_mean(
-            tree, motion, volume_of, grid.grains, mapping.neighbours_used(volume[kept], volume_of[near])
-        )
     moving = held, motion, taken.own_gradient
     fields = compare_clouds.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
     velocity, spin = region.inertial(position, velocity, taken.spin)
     raw = _of(region, raw_mass, position, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
-    moved, regional = velocity.copy(), np.zeros_like(velocity)
-    if rules.correction == "regional":
-        regional = _regional(fields, scale, grid.grains, rules.region * grain_size.at_impact(bed))
-        moved += regional
+    moved = velocity.copy()
     for _ in range(2):  # the second pass takes away the rounding of the first
         now = _of(region, mass, position, moved, radius, spin) + airborne
         moved += closing.closing_field(mass, position, before.momentum - now.momentum, before.angular - now.angular)
@@ -111,7 +103,7 @@ def hand_over(
         start, source, region, grain_provenance.taken(source, compact, held, grid, near, flying.source)
     )
     change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
-    mapped = Mapped(taken.own_gradient, taken.fraction, fields, change, regional, scale, plain)
+    mapped = Mapped(taken.own_gradient, taken.fraction, fields, change, scale, plain)
     sums = Balance(before, outside, raw, after)
     flowing = region.flow(position, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
     energies = (energy, closing.sums(mass, position, *flowing).kinetic) if turns else None
@@ -191,16 +183,6 @@ def _sums(
     return before + _of(region, m[ejecta], x[ejecta], v[ejecta]), outside + _of(
         region, m[beyond], x[beyond], v[beyond]
     )
-
-
-def _regional(fields: compare_clouds.Fields, scale: float, centres: np.ndarray, size: float) -> np.ndarray:
-    """The regional part of the correction at the ``centres`` (k, 3) of the kept grains' cells."""
-    held = fields.mass_after * scale
-    some = (held > 0.0) | (fields.mass_before > 0.0)
-    lacking = (
-        fields.mass_before[some, None] * fields.velocity_before[some] - held[some, None] * fields.velocity_after[some]
-    )
-    return closing.regional_field(fields.samples.position[some], held[some], lacking, centres, size)
 
 
 def _cavity(solid: OffsetShape, stays: np.ndarray, grains: cKDTree, region: domain.Domain, bed: Particles):

@@ -144,6 +144,9 @@ FORMER = {
     "overlap_warn": "it is 0.15 radii",
     "returning_speed_limit": "it is 0.3",
     "ocean": "liquid grains are smooth",
+    "direct_packing": "a sphere holds the volume of its particle",
+    "correction": "momentum is closed by one field over all grains",
+    "region": "momentum is closed by one field over all grains",
 }
 """Keys that there were: what stands in their stead. A run of an earlier version names them in its file."""
 

@@ -20,7 +20,7 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "dem.pull_interval": (),
     "sph.symmetry": ("half",),
     "sph.materials.NAME.eos": ("table",),
-    "handoff.correction": ("regional",),
+    "handoff.mapping": ("nearest",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.mindlin_history": ("displacement",),
 }
