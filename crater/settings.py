@@ -13,13 +13,13 @@ from pydantic import Field, create_model, field_validator, model_validator
 from matter.case import quantity
 from matter.case.body import Impact, Model, Target
 from matter.case.identity_fields import Follows, NotIdentity
-from matter.case.quantity import Length, PositiveLength, Speed, Volume
+from matter.case.quantity import Length, Speed, Volume
 from matter.wording.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 
 OFF_CIRCLE = 10.0
 """Largest angle [deg] of ``along_track`` with the tangent of a circle about the companion."""
 RISE_LIMIT = 0.15
-"""In expected transient diameters: what rises higher is in flight."""
+"""In expected transient diameters: what rises higher is in flight and takes no part in heights."""
 _KINDS = {"m": Length, "m^3": Volume}
 
 
@@ -92,8 +92,6 @@ class Settings(Model):
     """Published numbers of the case with their errors."""
     sectors: Annotated[int, Field(ge=8, le=144)] = 24
     """Sectors in azimuth; their scatter is the azimuthal error."""
-    rise_limit_over_diameter: Annotated[float, Field(gt=0, le=2)] = RISE_LIMIT
-    """What would rise above this many expected transient diameters is in flight and takes no part in heights."""
     every: Annotated[int, Field(ge=1)] = 1
     """Measure every n-th snapshot of the shock stage."""
     escape_speed: Annotated[Speed, Field(ge=0)] = 0.0
@@ -101,8 +99,6 @@ class Settings(Model):
     said of escape, nor of beta."""
     ground: Literal["fluid", "rock", "sand"] = "fluid"
     """Kind of ground whose scaling laws the crater is compared with; ``fluid`` for weak ground without friction."""
-    simple_to_complex: PositiveLength = 2500.0
-    """Transition diameter between simple and complex craters on this body."""
     seed: int = 1
     """Seed of the bootstrap over azimuth."""
     along_track: tuple[float, float, float] | None = None

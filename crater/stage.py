@@ -38,7 +38,7 @@ from crater.results.findings import (
 from crater.results.measurement_config import MeasurementConfig
 from crater.scaling import crater_size as scaling
 from crater.scaling import melt as melt_scaling
-from crater.settings import Published, Settings
+from crater.settings import RISE_LIMIT, Published, Settings
 from crater.shock import decay as shock_decay
 from crater.shock import phases, release, settled_matter
 from matter.case import at_rest
@@ -189,7 +189,7 @@ def _config(
     """The measurement configuration of one stage; its lengths are in expected transient diameters."""
     size, chosen = setting.settings.impact.expected_transient_diameter, setting.settings
     return MeasurementConfig(
-        datum, before, setting.gravity, chosen.rise_limit_over_diameter * size,
+        datum, before, setting.gravity, RISE_LIMIT * size,
         None if reach is None else reach * size, measurement_config.WITHIN * size,
         chosen.sectors, chosen.seed, ground=ground,
     )  # fmt: skip

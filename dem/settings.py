@@ -39,10 +39,8 @@ class Settings(Model):
     still_interval: PositiveTime = Field(
         default_factory=lambda given: collapse_durations.crater_times(given, collapse_durations.STILL)
     )
-    """The run ends when the profile has changed by less than ``still_change`` over this time; by default 5/6 of the
-    formation time."""
-    still_change: Annotated[float, Field(gt=0.0, le=5.0)] = 0.1
-    """RMS change of the profile, in mean grain radii, below which it counts as still."""
+    """The run ends when the profile has changed by less than a tenth of a mean grain radius (RMS) over this time; by
+    default 5/6 of the formation time."""
     snapshot_interval: PositiveTime = Field(
         default_factory=lambda given: collapse_durations.crater_times(given, collapse_durations.SNAPSHOT)
     )

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from typing import Literal
 
 from pydantic import Field, field_validator
@@ -32,13 +31,7 @@ class Settings(Model):
     rule: str = "mean of retrograde impacts"
     """Which impact is taken from the census (``nbody.population.rules``)."""
     latitude: Angle | None = None
-    """Latitude of the crater: the angle is averaged over impacts within ``latitude_window`` of it, north and south."""
-    latitude_window: Angle = math.radians(10.0)
-    """Half width of the band of latitudes (Winter 2017, section 2.3.5: 10 deg)."""
-    jupiter_mean_anomaly: Angle | Literal["random"] | None = None
-    """Jupiter's mean anomaly at the start; default: that of the population (literal 60 deg, others random)."""
-    speed_at_infinity: PositiveSpeed = conditions.ISOTROPIC_SPEED
-    """Speed at infinity of the population ``isotropic``."""
+    """Latitude of the crater: the angle is averaged over impacts within 10 deg of it, north and south."""
     published_speed: PositiveSpeed | None = None
     """The published value of the same rule, for the record (Winter 2017: 18.234 km/s)."""
     published_angle: Angle | None = None
@@ -54,5 +47,6 @@ class Settings(Model):
     @property
     def request(self) -> census.Request:
         """What to count; raises ``InputError`` for an unknown population."""
-        population = conditions.population(self.population, self.jupiter_mean_anomaly, self.speed_at_infinity)
-        return census.Request(self.body, population, self.integrator, self.encounters, self.seed)
+        return census.Request(
+            self.body, conditions.population(self.population), self.integrator, self.encounters, self.seed
+        )

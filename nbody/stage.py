@@ -28,6 +28,9 @@ TUBE_YIELD = 0.04
 BYTES_PER_ENTRY = 6.0 * 230.0
 JACOBI_LIMIT = 1e-6
 
+LATITUDE_WINDOW = math.radians(10.0)
+"""Half width of the band about the crater's latitude (Winter 2017, section 2.3.5)."""
+
 
 def idle_sources(settings: Settings) -> set[Path]:
     """Files that this run does not take: its bibliography leaves out what only they cite."""
@@ -63,10 +66,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     encounters.write(out / "encounters.h5", tally.table, _attributes(settings, tally))
     window = None
     if settings.latitude is not None:
-        window = (
-            max(0.0, abs(settings.latitude) - settings.latitude_window),
-            abs(settings.latitude) + settings.latitude_window,
-        )
+        window = (max(0.0, abs(settings.latitude) - LATITUDE_WINDOW), abs(settings.latitude) + LATITUDE_WINDOW)
     choice = rules.apply(settings.rule, tally.table, system.moon(settings.body), window, settings.seed)
     archive.write_text(out / "impact.toml", impact_toml(settings, choice))
     report = _report(settings, tally, drift, choice)

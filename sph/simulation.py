@@ -30,6 +30,7 @@ from sph.stepping import flow_reynolds, individual_steps, sides_and_floor, watch
 from sph.stepping.environment import Environment
 from sph.stepping.history import History
 from sph.stepping.integrator import Integrator
+from sph.stepping.late import BETA
 from sph.viscosity import reconstructed
 
 
@@ -254,7 +255,7 @@ class Simulation:
         """Take up the artificial viscosity of the late stage."""
         chosen = self.settings.late
         if chosen is not None:
-            self.integrator.set_viscosity(chosen.alpha, chosen.beta)
+            self.integrator.set_viscosity(chosen.alpha, BETA)
             self.viscosity_reduced = True
 
     def _note_flow(self) -> None:

@@ -16,6 +16,7 @@ from crater.bodies.classes import classed
 from crater.bodies.mutual_orbit import Orbit
 from crater.measures.measure import Measures
 from crater.measures.uncertainty import Quantity
+from crater.settings import RISE_LIMIT
 from matter.errors import InputError
 from matter.files import snapshot
 from matter.particles import Particles
@@ -99,7 +100,7 @@ def body_of(settings: Any, shape: Shape, facts: Mapping[str, Any], mass: float) 
         orbit,
         track,
         float(facts["surface_gravity_m_s2"]),
-        settings.rise_limit_over_diameter * settings.impact.expected_transient_diameter,
+        RISE_LIMIT * settings.impact.expected_transient_diameter,
         mass * np.asarray(target.aim(settings.impact)),
     )
 

@@ -43,13 +43,12 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
     event, laws = findings.setting.event, scaling.GROUNDS[findings.settings.ground]
     sizes = scaling.diameters(event)
     usual = [sizes[name] for name in laws]
-    complex_above = findings.settings.simple_to_complex
     volume = scaling.holsapple_volume(event, *scaling.VOLUMES[findings.settings.ground])
     return {
         "diameter_m": sizes,
         "range_m": [min(usual), max(usual)],
         "range_of": list(laws),
-        "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
+        "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name]) for name in laws},
         "formation_time_s": scaling.formation_time(volume, event.gravity),
     }
 

@@ -16,6 +16,11 @@ from matter.errors import Unsound
 from matter.files import archive, checkpoint, snapshot
 from matter.wording import drawing
 
+RESIDUAL_SPEED = 1e-3
+"""Largest rms speed of a settled bed over sqrt(g r)."""
+DAMPED_LAYERS = 3.0
+"""Width of the damped layer at the side, in mean grain diameters (of flat ground those at the edge)."""
+
 
 def wave_speed(bed: Assembly) -> float:
     """The largest 2 r sqrt(k / m) of a grain [m/s]: how fast a push runs along a chain of its like."""
@@ -52,8 +57,8 @@ def leave(
     snapshot.write(bed.particles(known | attributes), out / "bed.vtkhdf")
     checkpoint.keep_last(out)
     moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
-    if not moving <= settings.residual_speed:
+    if not moving <= RESIDUAL_SPEED:
         raise Unsound(
             f"bed: the rms speed is still {moving:.3g} sqrt(g r) after {report['steps']:.0f} steps (limit "
-            f"{settings.residual_speed:g}){where()}"
+            f"{RESIDUAL_SPEED:g}){where()}"
         )

@@ -98,12 +98,12 @@ def make(
             )
             radius = loose.radii(radius)
     work = FlatSettling(
-        points, radius, ground, container, settings.contact, settings.residual_speed, hexagonal,
+        points, radius, ground, container, settings.contact, bed_files.RESIDUAL_SPEED, hexagonal,
         settings.largest_speed, loose,
     )  # fmt: skip
     bed, facts = finish(work, out)
     edge = float(sizes.at(np.array([container.radius]))[0])
-    width = settings.damped_layers * 2.0 * edge
+    width = bed_files.DAMPED_LAYERS * 2.0 * edge
     rate = 4.5 * bed_files.wave_speed(bed) / width if width > 0.0 else 0.0
     container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})

@@ -42,10 +42,6 @@ class Settings(Model):
     growth: Annotated[float, Field(ge=0.0, le=0.1)] = 0.04
     """Growth of the mean grain radius per distance from the impact, in random packings of flat ground: it begins at
     1.3 expected radii of the settled crater and ends at twice the radius (``dem.beds.grading``). 0: grains alike."""
-    damped_layers: Annotated[float, Field(ge=0.0, le=50.0)] = 3.0
-    """Width of the damped layer along the cone, in mean grain diameters (of flat ground those at the edge)."""
-    residual_speed: Annotated[float, Field(gt=0.0, le=0.1)] = 1e-3
-    """Largest rms speed of the settled bed over sqrt(g r)."""
     seed: int = 1
     """Seed of radii and first positions."""
     shape: Literal["auto", "cap", "bowl", "box", "cylinder", "whole"] = "auto"

@@ -60,7 +60,7 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
         radius, sinks = solid_packing.loosely(radius, body.solid, fraction)
     points = solid_packing.centres(radius, body.solid, body.distance, seeds[1])
     work = SolidSettling(
-        points, radius, body, settings.contact, settings.residual_speed, settings.pull_interval, sinks
+        points, radius, body, settings.contact, bed_files.RESIDUAL_SPEED, settings.pull_interval, sinks
     )
     bed, facts = finish(work, out)
     slope = slopes.surface_slopes(body, bed.mean_radius)

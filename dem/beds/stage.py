@@ -89,7 +89,7 @@ def domain_of(settings: Settings, body: LayeredBody) -> Domain:
 
 def _damped(domain: Domain, settings: Settings, mean_radius: float, wave_speed: float) -> Domain:
     """The domain with its damped layer: an outgoing wave is down to 5 % when it has come back from the cone."""
-    width = settings.damped_layers * 2.0 * mean_radius
+    width = bed_files.DAMPED_LAYERS * 2.0 * mean_radius
     rate = 4.5 * wave_speed / width if width > 0.0 else 0.0
     return replace(domain, damped_width=width, damping_rate=rate)
 
@@ -198,7 +198,7 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
         points = loose.centres(radius, loose.raised(radius), grain_packing.random_points, seeds[1])
     else:
         points = grain_packing.random_points(radius, domain, seeds[1])
-    work = settling.Settling(points, radius, body, domain, settings.contact, settings.residual_speed, loose)
+    work = settling.Settling(points, radius, body, domain, settings.contact, bed_files.RESIDUAL_SPEED, loose)
     bed, facts = finish(work, out)
     domain = _damped(domain, settings, bed.mean_radius, bed_files.wave_speed(bed))
     report = _report(bed, body, domain, facts)

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from dem.beds.bed_files import RESIDUAL_SPEED
 from dem.contact.columns import (
     ALL_DISSIPATED,
     ANGULAR_IMPULSE,
@@ -24,10 +25,6 @@ from dem.contact.columns import (
 from dem.grains.assembly import Assembly
 from dem.grains.cached_gravity import WORK
 from matter.files import checkpoint
-
-SETTLED = 1e-3
-"""Speed over sqrt(g r) of a bed that counts as settled, the default of ``[bed] residual_speed``: a bed at rest is not
-judged by the millijoules that it still moves with."""
 
 
 class Errors(NamedTuple):
@@ -99,10 +96,10 @@ class Balance:
 
 def handed_energy(bed: Assembly, gravity: float) -> float:
     """Kinetic energy [J] of the compact grains, what errors of energy count against, at least that of a bed which
-    counts as settled, m (``SETTLED`` sqrt(g r))^2 / 2; where nothing moves that of a fall by half a radius, m g r /
-    2."""
+    counts as settled, m (``RESIDUAL_SPEED`` sqrt(g r))^2 / 2: a bed at rest is not judged by the millijoules that it
+    still moves with. Where nothing moves that of a fall by half a radius, m g r / 2."""
     compact = bed.returned == 0
     m, r, w = bed.mass[compact], bed.X[compact, RADIUS], bed.W[compact]
     moving = 0.5 * m @ np.sum(w[:, :3] ** 2, axis=1) + 0.2 * (m * r**2) @ np.sum(w[:, WX:] ** 2, axis=1)
     fall = 0.5 * gravity * (m @ r)
-    return float(max(moving, SETTLED**2 * fall) if moving > 0.0 else fall)
+    return float(max(moving, RESIDUAL_SPEED**2 * fall) if moving > 0.0 else fall)

@@ -20,7 +20,7 @@ from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.collapse import flight, flight_collisions, ground_fraction, whole_body_collapse
 from dem.collapse.balance import Balance, handed_energy
 from dem.collapse.origins import Origins
-from dem.collapse.stillness import Stillness, surface_profile
+from dem.collapse.stillness import STILL_CHANGE, Stillness, surface_profile
 from dem.contact.columns import (
     ALL_DISSIPATED,
     ANGULAR_IMPULSE,
@@ -147,7 +147,7 @@ class Collapse:
         while True:
             self._due()
             now = bed.time
-            if now >= settings.latest_time or (now >= settings.end_time and self.still.change < settings.still_change):
+            if now >= settings.latest_time or (now >= settings.end_time and self.still.change < STILL_CHANGE):
                 return
             if bed.steps % flight.EVERY == 0:
                 flight_collisions.collide(bed, flight.EVERY * bed.dt)
@@ -277,7 +277,7 @@ class Collapse:
                 f"Returning ejecta above the contact speed limit lost {last['dissipated_returning_J']:.3g} J in "
                 f"scaled contacts."
             )
-        still = self.still.change < self.settings.still_change
+        still = self.still.change < STILL_CHANGE
         if not still:
             notes.append(f"Stopped at latest_time while the profile still changed by {self.still.change:.3g} radii.")
         return {

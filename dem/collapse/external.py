@@ -35,6 +35,7 @@ from dem.beds.layered_body import LayeredBody
 from dem.beds.whole_body_bed import WholeBody
 from dem.collapse import flight
 from dem.collapse.collapse_run import COLUMNS, Collapse
+from dem.collapse.stillness import STILL_CHANGE
 from dem.contact.columns import DISSIPATED, ENERGY_REMOVED, MASS, RADIUS, TOUCHING
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
@@ -144,7 +145,7 @@ class ExternalCollapse(Collapse):
             for step in self._finished_steps(running, bed.steps, total):
                 self._take(step)
                 progress.update(bed.time, f"{settings.engine}: {bed.speed:.3g} m/s", force=True)
-                if bed.time >= settings.end_time and self.still.change < settings.still_change:
+                if bed.time >= settings.end_time and self.still.change < STILL_CHANGE:
                     break
         finally:
             running.end()

@@ -13,6 +13,8 @@ from dem.contact.columns import RADIUS
 from dem.grains.assembly import ACTIVE, Assembly
 from matter.files import checkpoint
 
+STILL_CHANGE = 0.1
+"""RMS change of the profile, in mean grain radii, below which it counts as still."""
 COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""
 

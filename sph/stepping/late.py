@@ -57,6 +57,10 @@ class Slower(Model):
     """Bulk sound speed from then on."""
 
 
+BETA = 10.0
+"""Quadratic artificial viscosity of the late stage."""
+
+
 class Settings(Model):
     """The late stage with a low bulk modulus, ``[sph.late]``."""
 
@@ -66,10 +70,8 @@ class Settings(Model):
     """Bulk sound speed from then on."""
     alpha: Annotated[float, Field(ge=0, le=10)] = 0.1
     """Linear artificial viscosity from ``viscosity_at`` on."""
-    beta: Annotated[float, Field(ge=0, le=50)] = 10.0
-    """Quadratic artificial viscosity from ``viscosity_at`` on."""
     viscosity_at: PositiveTime | None = None
-    """Time after the impact from which on ``alpha`` and ``beta`` above act; by default ``at``."""
+    """Time after the impact from which on ``alpha`` acts; by default ``at``."""
     slower: tuple[Slower, ...] = ()
     """Later times and still lower sound speeds, in order: long runs take steps of the flow as it slows down."""
 

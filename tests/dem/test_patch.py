@@ -34,7 +34,7 @@ IMPACT = Impact.model_validate(
 
 def settings(axes=BALL, site=(0.0, 0.0), body=(), **bed) -> Settings:
     """A bed on an ellipsoid hit at a site [deg]; ``body``: further keys of the target."""
-    given = {"shape": "bowl", "arc_radius": 15.0, "count": 1500, "damped_layers": 3.0}
+    given = {"shape": "bowl", "arc_radius": 15.0, "count": 1500}
     target = grain_bodies.target(axes, *site, **dict(body))
     return Settings(target=target, impact=IMPACT, **{**given, **bed})
 

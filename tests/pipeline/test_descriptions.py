@@ -69,11 +69,11 @@ def test_every_table_and_key_is_printed_with_unit_range_and_default():
             "tillotson",
         ),
         (
-            "dem.still_change",
-            ["  dem.still_change  (number, > 0 and <= 5; default 0.1)", "mean grain radii"],
+            "dem.step_factor",
+            ["  dem.step_factor  (number, > 0 and <= 1; default 1)", "sensitivity test"],
             "still_interval  (",
         ),
-        ("still_change", ["  dem.still_change  ("], "[dem]"),
+        ("step_factor", ["  dem.step_factor  ("], "[dem]"),
     ],
 )
 def test_one_table_or_one_key(name, words, absent):

@@ -87,12 +87,12 @@ def test_viscosity_of_the_late_stage_begins_on_time_and_is_reported(tmp_path, nu
     feels a tenth of a reconstructed one."""
     chosen = settings(None, numerics=numerics, end_time=2e-3, snapshot_interval=5e-4, history_interval=5e-4,
     late=Late.model_validate(
-        {"at": "1 ms", "sound_speed": "100 m/s", "viscosity_at": "0.5 ms", "alpha": 0.2, "beta": 8.0},
+        {"at": "1 ms", "sound_speed": "100 m/s", "viscosity_at": "0.5 ms", "alpha": 0.2},
         context={"units": "required"}))  # fmt: skip
     stage.run(chosen, tmp_path, tmp_path)
     report = json.loads((tmp_path / "stage_report.json").read_text())
     alpha = [(row["time_s"], row["alpha"], row["sound_speed_m_s"]) for row in report["flow"]["series"]]
-    assert report["late_viscosity"] == {"alpha": 0.2, "beta": 8.0}
+    assert report["late_viscosity"] == {"alpha": 0.2, "beta": 10.0}
     assert all(a == pytest.approx(first if t < 5e-4 else low) for t, a, _ in alpha if t != pytest.approx(5e-4))
     assert all(
         c > 500.0 if t < 1e-3 else c == pytest.approx(100.0, rel=0.02) for t, _, c in alpha if t != pytest.approx(1e-3)
@@ -108,6 +108,6 @@ def test_viscosity_of_the_late_stage_begins_on_time_and_is_reported(tmp_path, nu
 
 def test_the_late_viscosity_is_low_by_default_and_begins_with_the_switch():
     late = settings("1 ms").late
-    assert (late.alpha, late.beta, late.viscosity_time) == (0.1, 10.0, 1e-3)
+    assert (late.alpha, late.viscosity_time) == (0.1, 1e-3)
     with pytest.raises(ValueError, match="viscosity_at must be before end_time"):
         settings(None, late={"at": "1 ms", "sound_speed": "100 m/s", "viscosity_at": "1 s"})
