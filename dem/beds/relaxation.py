@@ -64,7 +64,3 @@ class Fire:
     def restore(self, saved: checkpoint.State) -> None:
         """Take up a ``state``."""
         self.unit, self.mixing, self.patience = saved["unit"], saved["mixing"], int(saved["patience"])
-
-    def imbalance(self) -> float:
-        """Rms acceleration [m/s^2]: what is left of the forces on a grain, over its mass."""
-        return float(np.sqrt(np.mean(np.einsum("ij,ij->i", self.bed.A[:, :3], self.bed.A[:, :3]))))

@@ -196,17 +196,6 @@ def _by_distance(
     return np.concatenate(chosen)
 
 
-def graded_shell(
-    spacing: Callable[[np.ndarray], np.ndarray],
-    inner: float,
-    outer: float,
-    rng: np.random.Generator,
-    sweeps: int = 120,
-) -> tuple[np.ndarray, np.ndarray]:
-    """``graded`` in the shell ``inner`` < r < ``outer`` [m]."""
-    return graded(spacing, Shell(inner, outer), rng, sweeps)
-
-
 def _listed(points: np.ndarray, spacing: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     order, grid = neighbours.sort(points, 2.0 * spacing)
     pairs = neighbours.build(points[order], 2.0 * spacing[order], grid)

@@ -41,9 +41,6 @@ class Pose(NamedTuple):
         return np.asarray((velocity - self.velocity - along) @ self.turn)
 
 
-UNMOVED = Pose(np.zeros(3), np.eye(3), np.zeros(3), np.zeros(3))
-
-
 class PoseTracker:
     """The positions of all particles of a body ``before`` the impact, by identity."""
 

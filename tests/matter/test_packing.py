@@ -5,6 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from matter.points import packing
+from matter.points.regions import Shell
 
 
 def test_hexagonal_packing_has_its_density_and_twelve_neighbours():
@@ -20,7 +21,7 @@ def test_graded_shell_follows_its_spacing_and_fills_its_volume():
     def spacing(x):
         return 0.08 + 0.06 * np.linalg.norm(x - [0, 0, 1.0], axis=1)
 
-    points, volume = packing.graded_shell(spacing, 0.6, 1.0, np.random.default_rng(1))
+    points, volume = packing.graded(spacing, Shell(0.6, 1.0), np.random.default_rng(1))
     r = np.linalg.norm(points, axis=1)
     assert r.min() > 0.6 and r.max() < 1.0
     assert volume.sum() == pytest.approx(4 / 3 * np.pi * (1 - 0.6**3), rel=1e-12)
@@ -36,5 +37,5 @@ def test_same_seed_same_points():
     def spacing(x):
         return np.full(len(x), 0.15)
 
-    a, b = (packing.graded_shell(spacing, 0.0, 1.0, np.random.default_rng(7), sweeps=5)[0] for _ in range(2))
+    a, b = (packing.graded(spacing, Shell(0.0, 1.0), np.random.default_rng(7), sweeps=5)[0] for _ in range(2))
     assert np.array_equal(a, b)

@@ -5,7 +5,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from matter.points import packing
-from matter.points.regions import Block, Bowl, Cylinder, Shell
+from matter.points.regions import Block, Bowl, Cylinder
 
 SLABS = [Cylinder(1.0, -0.7, -0.2), Bowl(1.0, -1.0, -0.4), Bowl(1.0, -0.4, 0.0), Block(0.5, -1.0, 0.0)]
 
@@ -50,12 +50,3 @@ def test_graded_glass_in_a_bowl():
     pairs = cKDTree(points).query(points, k=7)[1][:, 1:]
     ratio = volume[pairs] / volume[:, None]
     assert np.quantile(ratio, 0.999) < 2.0
-
-
-def test_a_shell_is_the_graded_shell():
-    def spacing(x):
-        return np.full(len(x), 0.2)
-
-    a = packing.graded(spacing, Shell(0.4, 1.0), np.random.default_rng(3), sweeps=3)[0]
-    b = packing.graded_shell(spacing, 0.4, 1.0, np.random.default_rng(3), sweeps=3)[0]
-    assert np.array_equal(a, b)
