@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from matter.case import material
-from matter.case.shock_phases import SECTION, WORDS, pressures
+from matter.case.shock_phases import SECTION, WORDS, pressures, shocked
 from matter.particles import Particles
 
 
@@ -30,6 +30,7 @@ def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
     foreign = particles.layer < 0 if "layer" in particles else np.zeros(len(particles.mass), dtype=bool)
     found: list[dict[str, Any]] = []
     without: list[str] = []
+    melted = shocked(particles)
     for number, name in enumerate(particles.attributes.get("materials", ())):
         critical = pressures(name)
         for body, mine in (("target", ~foreign), ("projectile", foreign)):
@@ -40,7 +41,7 @@ def masses(particles: Particles, projectile_mass: float) -> dict[str, Any]:
                 without += [name] if name not in without else []
                 continue
             fraction = particles.mass[mine] / projectile_mass
-            above = {key: fraction[particles.peak_pressure[mine] > P] for key, P in critical.items()}
+            above = {key: fraction[melted[key][mine]] for key in critical}
             found.append(
                 {
                     "material": name,

@@ -26,6 +26,7 @@ from typing import Any
 
 import numpy as np
 
+from matter.case.shock_phases import shocked
 from matter.particles import Particles
 
 WORDS = {
@@ -38,6 +39,7 @@ WORDS = {
     "hotter": "hotter than its melting point at the end",
 }
 """Keys of the masses, and what they are called."""
+BY_PRESSURE = ("shock_melting_begins", "shock_boiling_begins")
 
 
 def masses(particles: Particles, projectile_mass: float) -> list[dict[str, Any]]:
@@ -49,18 +51,25 @@ def masses(particles: Particles, projectile_mass: float) -> list[dict[str, Any]]
         return []
     foreign = particles.layer < 0 if "layer" in particles else np.zeros(len(particles), dtype=bool)
     found: list[dict[str, Any]] = []
+    pressures = {
+        name: {key: of[f"{key}_Pa"] for key in BY_PRESSURE if f"{key}_Pa" in of} for name, of in known.items()
+    }
+    above = shocked(particles, pressures) if "peak_pressure" in particles else {}
     for number, name in enumerate(particles.attributes.get("materials", ())):
         for body, of_body in (("target", ~foreign), ("projectile", foreign)):
             mine = of_body & (particles.material == number)
             if name in known and mine.any():
-                parts = _parts(particles.select(mine), known[name], projectile_mass)
+                melted = {key: above[key][mine] for key in pressures[name] if key in above}
+                parts = _parts(particles.select(mine), known[name], melted, projectile_mass)
                 if parts:
                     found.append({"material": name, "body": body, "critical": dict(known[name]), **_summed(parts)})
     return found
 
 
-def _parts(matter: Particles, critical: Mapping[str, Any], unit: float) -> dict[str, np.ndarray]:
-    """The part (n,) of each particle's mass, over ``unit``, by what it counts for."""
+def _parts(
+    matter: Particles, critical: Mapping[str, Any], melted: Mapping[str, np.ndarray], unit: float
+) -> dict[str, np.ndarray]:
+    """The part (n,) of each particle's mass, over ``unit``, by what it counts for; ``melted`` by peak pressure."""
     mass, parts = matter.mass / unit, {}
     if "entropy" in matter:
         for key in ("melting_begins", "boiling_begins", "vapour"):
@@ -69,10 +78,7 @@ def _parts(matter: Particles, critical: Mapping[str, Any], unit: float) -> dict[
         if "vapour" in critical:
             low, high = critical["boiling_begins"], critical["vapour"]
             parts["boiled"] = mass * np.clip((matter.entropy - low) / (high - low), 0.0, 1.0)
-    if "peak_pressure" in matter:
-        for key in ("shock_melting_begins", "shock_boiling_begins"):
-            if f"{key}_Pa" in critical:
-                parts[key] = mass * (matter.peak_pressure > critical[f"{key}_Pa"])
+    parts |= {key: mass * shocked_above for key, shocked_above in melted.items()}
     if "temperature" in matter and "melting_temperature_K" in critical:
         parts["hotter"] = mass * (matter.temperature > critical["melting_temperature_K"])
     return parts

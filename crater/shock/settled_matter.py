@@ -31,7 +31,7 @@ from matter.wording import readable
 
 SOURCES = ("Melosh1989",)
 RIM, BLANKET, LENS = "rim", "blanket", "breccia lens"
-FRACTIONS = {"melting_fraction": "begins to melt", "melt_fraction": "molten", "vapour_fraction": "vapour"}
+FRACTIONS = {field: shock_phases.WORDS[key] for field, key in shock_phases.OF_GRAINS.items()}
 """Fields of grains that are fractions above critical pressures, and what they are called."""
 PARTS = ("inside", "outside", "in flight", "gone")
 RESTING, FLYING, REMOVED = 0, 1, 2

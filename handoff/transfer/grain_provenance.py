@@ -30,7 +30,6 @@ from handoff.transfer.mapping import Overlap
 from matter.case import shock_phases
 from matter.particles import ORIGINS, Particles
 
-_PHASES = {"melting_fraction": "melting_begins", "melt_fraction": "molten", "vapour_fraction": "vapour"}
 _POSITIONS = ("first_depth", "first_distance")
 SUMMED = tuple(name for name in ORIGINS if name != "peak_pressure_largest")
 """The fields that are means, so that their sums with the masses can be compared."""
@@ -66,12 +65,8 @@ def of_particles(source: Particles, region: Domain) -> dict[str, np.ndarray]:
     largest pressure is the particle's own."""
     known: dict[str, np.ndarray] = {}
     if "peak_pressure" in source:
-        names = [str(name) for name in source.attributes.get("materials", [])]
-        for field, key in _PHASES.items():
-            critical = np.array([shock_phases.pressures(name).get(key, np.inf) for name in names] or [np.inf])
-            known[field] = (source.peak_pressure > critical[np.clip(source.material, 0, len(critical) - 1)]).astype(
-                float
-            )
+        above = shock_phases.shocked(source)
+        known |= {field: above[key].astype(float) for field, key in shock_phases.OF_GRAINS.items()}
         known["peak_pressure_mean"] = known["peak_pressure_largest"] = source.peak_pressure
     if "layer" in source:
         known["projectile_fraction"] = (source.layer < 0).astype(float)
