@@ -29,7 +29,6 @@ from matter.case.quantity import REQUIRED
 from matter.errors import InputError
 from pipeline.case import arrival, stages
 from pipeline.case.complaints import Complaint
-from pipeline.case.toml_lines import KeyPath
 
 EXTENT = 2.2
 """Depth and half width of flat ground over the expected diameter."""
@@ -40,29 +39,28 @@ DIAMETER = ("impact", "expected_transient_diameter")
 _GRAINS = ("bed", "handoff", "dem")
 
 
-def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], tuple[KeyPath, ...], list[Complaint]]:
-    """The document with what it leaves open, which key paths were filled that depend on the impact, and what cannot be
-    filled."""
+def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], dict[str, Any] | None, list[Complaint]]:
+    """The document with what it leaves open, the same without what depends on the impact (None where nothing does),
+    and what cannot be filled."""
     document = {**document, "case": {"title": name, **_table(document, "case")}}
     if not isinstance(document.get("target"), dict) or not isinstance(document.get("impact"), dict):
-        return document, (), []
+        return document, None, []
     document["target"] = _named(document["target"])
     document, against = arrival.filled(document)
     if against:
-        return document, (), against
-    filled: list[KeyPath] = []
+        return document, None, against
     try:
         crater = _expected(document)
     except InputError as reason:
-        return document, (), [Complaint(("sph", "materials"), str(reason))]
+        return document, None, [Complaint(("sph", "materials"), str(reason))]
     except (ValidationError, TypeError, AttributeError, KeyError):
         crater = None
     except ValueError as reason:
-        return document, (), [Complaint(DIAMETER, str(reason))]
-    if crater is not None:
-        filled = _fill(document, crater)
+        return document, None, [Complaint(DIAMETER, str(reason))]
     document["case"].setdefault("stages", list(_chain(document, crater)))
-    return _as_long_as_the_collapse(document), tuple(filled), []
+    document = _as_long_as_the_collapse(document)
+    full = document if crater is None else _filled(document, crater)
+    return full, None if full == document else document, []
 
 
 def _as_long_as_the_collapse(document: dict[str, Any]) -> dict[str, Any]:
@@ -146,12 +144,12 @@ def _expected(document: dict[str, Any]) -> Any:
         raise ValueError(str(reason)) from None
 
 
-def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
-    filled: list[KeyPath] = []
-    impact, target = dict(document["impact"]), dict(document["target"])
+def _filled(document: dict[str, Any], crater: Any) -> dict[str, Any]:
+    """The document with expected diameter, thickness of the lowest layer and kind of ground by the expected crater,
+    where it leaves them open."""
+    document, impact, target = dict(document), dict(document["impact"]), dict(document["target"])
     if DIAMETER[1] not in impact:
         impact[DIAMETER[1]] = f"{float(f'{crater.diameter:.2g}')!r} m"
-        filled.append(DIAMETER)
     if _open_bottom(target):
         above = Target.model_validate(
             {**target, "layers": [{"thickness": "1 km", **target["layers"][0]}, *target["layers"][1:]]},
@@ -163,17 +161,14 @@ def _fill(document: dict[str, Any], crater: Any) -> list[KeyPath]:
             {**target["layers"][0], "thickness": f"{float(f'{thickness:.2g}')!r} m"},
             *target["layers"][1:],
         ]
-        filled.append(("target", "layers", 0, "thickness"))
-    document["impact"], document["target"] = impact, target
     if (
         "ground" not in _table(document, "crater")
         and target.get("shape") not in SOLIDS
-        and "crater" in document["case"].get("stages", ("crater",))
+        and "crater" in document["case"]["stages"]
         and _has_ground()
     ):
         document["crater"] = {**_table(document, "crater"), "ground": crater.ground.kind}
-        filled.append(("crater", "ground"))
-    return filled
+    return {**document, "impact": impact, "target": target}
 
 
 def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:

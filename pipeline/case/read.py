@@ -28,8 +28,8 @@ DEFAULT_PRESET = "thesis"
 @dataclass(frozen=True)
 class Case:
     """A case after its overlays; ``document`` is the composed TOML without the presets, with what it leaves open
-    (``pipeline.case.left_open``), of which ``filled`` depends on the impact. ``run``: the run folder that goes on with
-    it, where there is one; ``sweep``: its table ``[sweep]``."""
+    (``pipeline.case.left_open``), and ``before`` the same without what depends on the impact (None where nothing of it
+    does). ``run``: the run folder that goes on with it, where there is one; ``sweep``: its table ``[sweep]``."""
 
     file: Path
     name: str
@@ -41,7 +41,7 @@ class Case:
     preset_table: dict[str, Any] = field(repr=False)
     complaints: tuple[Complaint, ...] = ()
     run: Path | None = None
-    filled: tuple[KeyPath, ...] = ()
+    before: dict[str, Any] | None = field(default=None, repr=False)
     size: str | None = None
     sweep: dict[str, Any] = field(default_factory=dict, repr=False)
 
@@ -164,21 +164,10 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
 
 def _completed(case: Case) -> Case:
     """The case with what it leaves open."""
-    document, filled, complaints = completed(case.document, case.name)
+    document, before, complaints = completed(case.document, case.name)
     if case.size and "bed" in document["case"].get("stages", ()):
         document["bed"] = {sizes.NUMBER["bed"]: sizes.SIZES[case.size], **document.get("bed", {})}
-    return replace(case, document=document, filled=(*case.filled, *filled), complaints=(*case.complaints, *complaints))
-
-
-def _opened(document: dict[str, Any], paths: Iterable[KeyPath]) -> dict[str, Any]:
-    """The document without what was filled in."""
-    document = json.loads(json.dumps(document, default=str))
-    for path in paths:
-        table: Any = document
-        for part in path[:-1]:
-            table = table[part]
-        table.pop(path[-1], None)
-    return document
+    return replace(case, document=document, before=before, complaints=(*case.complaints, *complaints))
 
 
 def _without_left_out(document: dict[str, Any], preset: dict[str, Any]) -> dict[str, Any]:
@@ -246,9 +235,8 @@ def with_impact(case: Case, file: Path) -> Case:
     except ValueError as reason:
         raise InputError(f"{file} is not valid TOML: {reason}") from None
     given = {key: content[key] for key in (*FROM_ENCOUNTERS, "projectile") if key in content}
-    document = _opened(case.document, case.filled) if case.filled else case.document
+    document = case.document if case.before is None else case.before
     own = document.get("impact", {})
-    changed = replace(
-        case, document={**document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)}, filled=()
-    )
-    return _completed(changed) if case.filled else changed
+    changed = {**document, "impact": overlay.merged(own if isinstance(own, dict) else {}, given)}
+    case = replace(case, document=changed)
+    return case if case.before is None else _completed(case)

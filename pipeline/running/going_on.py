@@ -56,7 +56,8 @@ def read(
         raise InputError(f"--size {size}: {run} is a run, which keeps its size; run the case itself")
     used.check(run / USED)
     case = cases.read(run / USED, None, overrides)
-    case = replace(case, name=name_of(run), document=_left_open(case.document, run))
+    before = None if case.before is None else _left_open(case.before, run)
+    case = replace(case, name=name_of(run), document=_left_open(case.document, run), before=before)
     if overrides:
         return case
     if out is not None and out.resolve() != run.resolve().parent:
