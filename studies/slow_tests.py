@@ -5,9 +5,9 @@
 
 Every test is a process of its own, so that one that runs out of memory or time takes no other with it. Tests that
 never ran, and then those that ran longest ago, come first; after ``--minutes`` no further one begins, and the next
-call goes on from there. The file is written after each test. Among tests that never ran the date draws the order: each day
-``.ci/run``, which keeps no file, takes another part of them for its few minutes. A test that the end of those minutes
-stops has neither passed nor failed. ``--list`` only says when each test last ran and what came out.
+call goes on from there. The file is written after each test. Among tests that never ran the date draws the order: each
+day ``.ci/run``, which keeps no file, takes another part of them for its few minutes. A test that the end of those
+minutes stops has neither passed nor failed. ``--list`` only says when each test last ran and what came out.
 
 Prints a table at the end and exits with 1 where a test failed. Wall times count compilation where a kernel was not in
 the cache.
