@@ -127,7 +127,9 @@ def _ladder(sweep: Sweep, row: Row) -> list[str]:
         BY_NAME[row.measure].words,
         *("–" if value is None else readable.amount(value, unit, 3) for value in rungs),
         "none beyond the scatter" if found.order is None else f"{found.order:.2g}",
-        readable.measured(found.extrapolated, math.hypot(found.size, row.draws or 0.0), unit),
+        "–"
+        if found.extrapolated is None
+        else readable.measured(found.extrapolated, math.hypot(found.size, row.draws or 0.0), unit),
     ]
 
 

@@ -8,7 +8,7 @@ stage each:
         size of a group, corrected for unequal ones
     handoff^2 = max(0, (half the range over the times x0.5, 1, x2)^2 - 0.913 MS_within)
     alpha^2   = the same over alpha x0.67, 1, x1.5
-    size^2    = the distance to a vanishing spacing, by a ladder of coarser runs (``ladder``)
+    size^2    = the distance to a vanishing spacing, by a ladder of two coarser runs (``ladder``)
     chain^2   = draws^2 + handoff^2 + alpha^2 + size^2
 
 What is subtracted is what the scatter of draws alone would show on average (half the range of three normal numbers has

@@ -12,6 +12,8 @@ subtracted is what that scatter alone would give on average. The order p follows
 
 where they rise or fall throughout, and by more than twice the scatter of such a difference (2 sqrt(2) s); it is taken
 within 1 and 2. Else there is no order, and p is 1, the cautious choice.
+
+Two rungs extrapolate nothing: their ``size`` is their difference, size^2 = max(0, (y2 - y1)^2 - 2 s^2).
 """
 
 from __future__ import annotations
@@ -31,10 +33,10 @@ ORDERS = (1.0, 2.0)
 @dataclass(frozen=True)
 class Ladder:
     """``order`` of convergence (None: none that stands out of the scatter), the value ``extrapolated`` to a vanishing
-    spacing, and the error ``size`` of the run itself, in the unit of the measure."""
+    spacing (None: from two rungs), and the error ``size`` of the run itself, in the unit of the measure."""
 
     order: float | None
-    extrapolated: float
+    extrapolated: float | None
     size: float
 
 
@@ -44,6 +46,8 @@ def climb(values: Sequence[float], scatter: float) -> Ladder | None:
     if len(values) < 2:
         return None
     y = np.asarray(values, dtype=float)
+    if len(y) < 3:
+        return Ladder(None, None, math.sqrt(max(0.0, float(y[1] - y[0]) ** 2 - 2.0 * scatter**2)))
     order = _order(y, scatter)
     h = RATIO ** np.arange(len(y))
     design = np.stack([np.ones(len(y)), h ** (ORDERS[0] if order is None else order)], axis=1)
@@ -54,8 +58,6 @@ def climb(values: Sequence[float], scatter: float) -> Ladder | None:
 
 
 def _order(y: np.ndarray, scatter: float) -> float | None:
-    if len(y) < 3:
-        return None
     first, second = y[1] - y[0], y[2] - y[1]
     if first * second <= 0.0 or abs(y[2] - y[0]) <= 2.0 * math.sqrt(2.0) * scatter:
         return None

@@ -69,10 +69,7 @@ def test_a_row_from_known_members():
     # within (18 + 18)/2; between 2 (103 - 102)^2 + 2 (101 - 102)^2 = 4 over 1, less than within
     assert row.mean == 102.0 and row.draws == pytest.approx(math.sqrt(18.0)) and row.measuring == 3.0
     assert row.handoff == pytest.approx(math.sqrt(25.0**2 - chain_error.HALF_RANGE_OF_THREE * 18.0))
-    # a straight line through 100 at 1 and 88 at 1.26; its slope has the scatter sqrt(2) s / 0.26
-    slope = 12.0 / (ladder.RATIO - 1.0)
-    assert row.ladder.order is None and row.ladder.extrapolated == pytest.approx(100.0 + slope)
-    assert row.size == pytest.approx(math.sqrt(slope**2 - 36.0 / (ladder.RATIO - 1.0) ** 2))
+    assert row.size == pytest.approx(math.sqrt(12.0**2 - 36.0)) and row.ladder.extrapolated is None
     assert row.alpha is None and row.parts.keys() == {"draws", "handoff", "size"}
     assert row.chain == pytest.approx(math.sqrt(row.draws**2 + row.handoff**2 + row.size**2))
     wide = found | {"alpha_x0.67": measured(70.0), "alpha_x1.5": measured(100.0)}
