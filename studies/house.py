@@ -11,6 +11,8 @@ arguments    functions with more than 10 parameters (``self`` among them). Funct
              of a command (``typer``) are counted apart: the command line declares them.
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
 flat         files that lie in a room and in none of its folders, ``__init__`` apart.
+floors       of a room: the longest chain of its folders and flat files in which each imports the next.
+keys         of case files: fields of the settings (classes that come from ``Model``) and of the laws' ``Parameters``.
 names        names of modules that more than one file has, ``__init__`` and ``__main__`` apart.
 lines        of Python in the rooms, in kilolines.
 tags         texts of Python that hold a tag of HTML.
@@ -186,6 +188,47 @@ def flat_files(root: Path) -> dict[str, list[str]]:
     }
 
 
+def floors(house: House, room: str) -> list[str]:
+    """The longest chain of the room's folders and flat files in which each imports the next, from the top down."""
+    below: dict[str, set[str]] = defaultdict(set)
+    for module, others in imports(house).items():
+        for other in others:
+            if module.startswith(f"{room}.") and other.startswith(f"{room}."):
+                one, two = module.split(".")[1], other.split(".")[1]
+                below[one] |= {two} - {one}
+    chains: dict[str, list[str]] = {}
+
+    def chain(name: str) -> list[str]:
+        if name not in chains:
+            chains[name] = []  # a circle ends here
+            chains[name] = [name, *max((chain(other) for other in sorted(below[name])), key=len, default=[])]
+        return chains[name]
+
+    return max((chain(name) for name in sorted(below)), key=len, default=[])
+
+
+def keys(house: House) -> list[str]:
+    """``file:line class.key`` of each key that a case file may set."""
+    classes = [
+        (name, node)
+        for name, (_, tree) in house.files.items()
+        for node in ast.walk(tree)
+        if isinstance(node, ast.ClassDef)
+    ]
+    bases = {id(node): {ast.unparse(base).rpartition(".")[2] for base in node.bases} for _, node in classes}
+    models, known = {"Model"}, 0
+    while len(models) > known:
+        known = len(models)
+        models |= {node.name for _, node in classes if bases[id(node)] & models}
+    return [
+        f"{name}:{field.lineno} {node.name}.{field.target.id}"
+        for name, node in classes
+        if bases[id(node)] & models or (node.name == "Parameters" and "NamedTuple" in bases[id(node)])
+        for field in node.body
+        if isinstance(field, ast.AnnAssign) and isinstance(field.target, ast.Name)
+    ]
+
+
 def shared_names(root: Path) -> list[str]:
     """Names of modules that more than one file in the rooms has, with the number of these files."""
     names = Counter(Path(name).stem for name in sources(root, ROOMS))
@@ -308,6 +351,8 @@ def count(root: Path) -> dict[str, list[str]]:
         f"functions of more than {VERY_LONG} lines": long_functions(house, VERY_LONG),
         "files flat in a room": [f"{room}/{name}" for room, names in flat_files(root).items() for name in names],
         "names that more than one module has": shared_names(root),
+        **{f"floors of {room}": floors(house, room) for room in ROOMS},
+        "keys of case files": keys(house),
         "lines of Python in the rooms / 1000": ["x"] * (sum(map(len, sources(root, ROOMS).values())) // 1000),
         f"lines of more than {WIDEST_LINE} characters": wide_lines(root),
         "tags of HTML in Python": tags_in_python(root),

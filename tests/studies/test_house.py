@@ -64,6 +64,22 @@ def test_flat_files_and_shared_names(tmp_path):
     assert set(house.shared_names(tmp_path)) == {"2 a", "2 stage"}
 
 
+def test_floors_and_keys(tmp_path):
+    files = {
+        "sph/stage.py": "from sph.pairs import loop\nfrom sph.laws import law\n",
+        "sph/pairs/loop.py": "from sph.laws import law\nfrom sph.pairs import row\n",
+        "sph/pairs/row.py": "class Settings(body.Model):\n    at: float\n    'When.'\n    of = 1\n",
+        "sph/laws/law.py": "class Late(Settings):\n    end: float = 1.0\n"
+        "class Parameters(NamedTuple):\n    mu: float\n",
+    }
+    for name, text in files.items():
+        (tmp_path / name).parent.mkdir(parents=True, exist_ok=True)
+        (tmp_path / name).write_text(text)
+    counted = house.House.read(tmp_path)
+    assert house.floors(counted, "sph") == ["stage", "pairs", "laws"]
+    assert [key.partition(" ")[2] for key in house.keys(counted)] == ["Late.end", "Parameters.mu", "Settings.at"]
+
+
 def test_wide_lines_are_counted_around_the_rooms_too(tmp_path):
     for folder in ("studies", "sph", "tests"):
         (tmp_path / folder).mkdir()
