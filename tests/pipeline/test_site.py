@@ -72,13 +72,20 @@ def test_a_law_that_no_test_reaches_is_refused_by_name(site, monkeypatch):
 
 def test_checks_are_found_by_what_tests_reach(site):
     checks = site("law_checks")
-    found = checks.checks_of_law(ROOT / "sph/eos/murnaghan.py", ("sph.eos.dispatch", "sph.materials.families"), ("eos",))
+    found = checks.checks_of_law(
+        ROOT / "sph/eos/murnaghan.py", ("sph.eos.dispatch", "sph.materials.families"), ("eos",)
+    )
     own = {check.name for check in found if not check.family}
     assert "test_murnaghan" in own and "test_ideal_gas" not in own
     assert {check.name for check in found if check.family} >= {"test_every_source_of_a_law_is_in_the_bibliography"}
-    shocks = checks.checks_of_law(ROOT / "sph/shock_states/hugoniot.py", ("sph.eos.dispatch", "sph.materials.families"), ("eos",))
+    shocks = checks.checks_of_law(
+        ROOT / "sph/shock_states/hugoniot.py", ("sph.eos.dispatch", "sph.materials.families"), ("eos",)
+    )
     assert shocks and not any(check.family for check in shocks)  # a law of its own, in no family's list
-    quiet = {check.name for check in checks.checks_of_law(ROOT / "sph/boundary/quiet.py", ("sph.boundary.dispatch",), ("sides",))}
+    quiet = {
+        check.name
+        for check in checks.checks_of_law(ROOT / "sph/boundary/quiet.py", ("sph.boundary.dispatch",), ("sides",))
+    }
     assert "test_quiet_end_returns_less_than_five_percent_of_a_wave" in quiet
 
 
