@@ -90,10 +90,6 @@ class Settings(Model):
     """How the projectile hits, ``[impact]``."""
     reference: tuple[Published, ...] = ()
     """Published numbers of the case with their errors."""
-    sectors: Annotated[int, Field(ge=8, le=144)] = 24
-    """Sectors in azimuth; their scatter is the azimuthal error."""
-    every: Annotated[int, Field(ge=1)] = 1
-    """Measure every n-th snapshot of the shock stage."""
     escape_speed: Annotated[Speed, Field(ge=0)] = 0.0
     """Flat ground: what rises faster than this leaves the body that the ground stands for; 0 (not known): nothing is
     said of escape, nor of beta."""

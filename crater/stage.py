@@ -74,7 +74,7 @@ def idle_sources(settings: Settings) -> set[Path]:
 
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time, memory and disk: some 65 snapshots measured, a few pictures."""
-    count, growth = 65 / settings.every, (settings.particles / 15_000) ** 0.58
+    count, growth = 65, (settings.particles / 15_000) ** 0.58
     return {"wall_s": SECONDS_PER_SNAPSHOT * growth * count + 6.0, "memory_bytes": 6e8, "disk_bytes": 5e6}
 
 
@@ -84,7 +84,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     Raises ``InputError`` when neither ``2_sph`` nor ``5_dem`` holds a snapshot.
     """
     inputs = Path(inputs)
-    shots = snapshot.series(inputs / "2_sph")[:: settings.every]
+    shots = snapshot.series(inputs / "2_sph")
     grains = inputs / "5_dem" / f"last{snapshot.SUFFIX}"
     if not shots and not grains.is_file():
         file = snapshot.SUFFIX
@@ -191,7 +191,7 @@ def _config(
     return MeasurementConfig(
         datum, before, setting.gravity, RISE_LIMIT * size,
         None if reach is None else reach * size, measurement_config.WITHIN * size,
-        chosen.sectors, chosen.seed, ground=ground,
+        seed=chosen.seed, ground=ground,
     )  # fmt: skip
 
 

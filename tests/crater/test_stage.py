@@ -260,7 +260,7 @@ def test_only_the_shock_stage(tmp_path):
     write_sph(tmp_path / "2_sph")
     out = tmp_path / "6_crater"
     out.mkdir()
-    stage.run(settings(every=3), tmp_path, out)
+    stage.run(settings(), tmp_path, out)
     measures = json.loads((out / "measures.json").read_text())
     assert measures["final"]["from"] == "all-SPH late stage"
     assert measures["final"]["diameter_apparent_m"]["value"] is None
@@ -367,16 +367,15 @@ def test_a_snapshot_taken_away_says_what_it_misses_and_options_are_said(both, tm
 
 @pytest.mark.validation
 def test_choices_of_the_case_reach_every_measuring(both, tmp_path):
-    """Sectors, seed and the limit of flight of ``[crater]``, not only their defaults."""
+    """The seed of ``[crater]``, not only its default."""
     run, _, _ = both
     shutil.copytree(run, tmp_path / "run", ignore=shutil.ignore_patterns("6_crater"))
     out = tmp_path / "run" / "6_crater"
     out.mkdir()
     errors = {"final": {"depth_m": "3 km"}, "transient": {"depth_m": "4 km"}}
-    stage.run(settings(sectors=36, seed=5, every=3, chain=errors), tmp_path / "run", out)
+    stage.run(settings(seed=5, chain=errors), tmp_path / "run", out)
     content = json.loads((out / "measures.json").read_text())
-    assert content["measured_with"]["dem"]["sectors"] == 36 and content["measured_with"]["sph"]["seed"] == 5
-    assert len(content["final"]["by_azimuth"]["azimuth_deg"]) == 36
+    assert content["measured_with"]["dem"]["seed"] == 5 and content["measured_with"]["sph"]["seed"] == 5
     alone = measured_alone(tmp_path / "run" / "5_dem" / "last.vtkhdf", tmp_path / "alone")
     assert numbers(alone) == numbers(content["final"]) and alone["depth_m"]["sigma_parts"]["chain"] == 3e3
     alone = measured_alone(tmp_path / "run" / content["transient"]["snapshot"], tmp_path / "alone")

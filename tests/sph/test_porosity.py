@@ -14,7 +14,6 @@ from sph.porosity import (
     compaction_damage,
     crush,
     crush_quadratic,
-    crush_table,
     crush_two_power,
     dispatch,
     p_alpha,
@@ -23,7 +22,6 @@ from sph.porosity import (
 
 QUADRATIC = crush_quadratic.Parameters(80e6, 700e6)
 PUMICE = crush_two_power.Parameters(4.64, 1.90, 1e6, 6.8e7, 2.13e8, 12.0, 3.0)
-TABLE = crush_table.Parameters((1e6, 5e6, 2e7, 1e8), (1.8, 1.5, 1.2, 1.0))
 CURVES = [(kind, crush.FAMILY.row(kind, module.EXAMPLE)) for kind, module in enumerate(crush.FAMILY.laws)]
 
 
@@ -47,12 +45,10 @@ def material(name="basalt", **changes):
     return state, pressure, rows
 
 
-MEASURED = {"pressures": ["1 MPa", "20 MPa", "0.1 GPa"], "distentions": [1.8, 1.3, 1.0]}
 MATERIALS = {
     "quadratic": ("basalt", {"p_alpha": {"alpha0": 1.5}, "crush_quadratic": {"Pe": "0.1 GPa", "Ps": "1 GPa"}}),
     "elastic": ("aluminum", {}),
     "two powers": ("pumice", {}),
-    "table": ("basalt", {"p_alpha": {"alpha0": 1.8}, "crush": "table", "crush_table": MEASURED}),
     "density": ("aluminum", {"crush_form": "density"}),
 }  # fmt: skip
 
@@ -70,19 +66,14 @@ def test_crush_curves_fall_from_one_to_zero(kind, values):
     values = [crush.openness(kind, row, P) for P in grid]
     assert np.all(np.diff(values) <= 0.0)
     for P in grid[1:-1]:
-        if crush.FAMILY.laws[kind] is crush_table and min(abs(P / p - 1) for p in TABLE.pressures) < 1e-3:
-            continue
         step = 1e-5 * P
         by_difference = (crush.openness(kind, row, P + step) - crush.openness(kind, row, P - step)) / (2 * step)
         assert crush.slope(kind, row, P) == pytest.approx(by_difference, rel=1e-4, abs=1e-6 / P)
 
 
 def test_published_curves():
-    """Benz & Jutzi 2007, eq. 3.5; a table through its own points; the measured pumice curve at its own distention."""
+    """Benz & Jutzi 2007, eq. 3.5; the measured pumice curve at its own distention."""
     assert crush_quadratic.openness(390e6, QUADRATIC) == pytest.approx(0.25, abs=1e-12)
-    row = np.array(crush_table.row(TABLE))
-    for P, alpha in zip(*TABLE):
-        assert 1 + 0.8 * crush_table.openness(P, row) == pytest.approx(alpha, abs=1e-12)
     assert 1 + 3.64 * crush_two_power.openness(6.8e7, PUMICE) == pytest.approx(1 + 0.9 * ((213 - 68) / (213 - 1)) ** 3)
 
 
@@ -100,7 +91,7 @@ def test_a_particle_lies_on_or_below_its_crush_curve(which, stretch, u, start):
     on_curve = p_alpha.on_curve(P, rows.crush[0], rows.crush_row[0], pores)
     if P > crush.onset(rows.crush[0], rows.crush_row[0]):
         assert alpha <= on_curve + 1e-9
-    if new < rest - 1e-9 and alpha > 1.0 and which != "table":
+    if new < rest - 1e-9 and alpha > 1.0:
         assert alpha == pytest.approx(on_curve, abs=1e-8)
     assert 0.0 <= loading <= unloading + 1e-9 and unloading <= 1.0 + 1e-12 and 0.5 < slow <= 1.0
     again = state(rho, u, new)
