@@ -20,12 +20,11 @@ sds``.
 
 from __future__ import annotations
 
-import math
 from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
-from matter.compilation.jit import law
+from dem.laws import tangential_spring
 
 SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
 
@@ -42,23 +41,9 @@ class Parameters(NamedTuple):
     rolling: Annotated[float, Field(ge=0.0, le=5.0, description="Rolling friction, mu_r.")] = 1.05
 
 
-@law
-def moment(ax, ay, az, wx, wy, wz, stiffness, damping, limit):
-    """Moment and spring after the test of the slider.
+RESTS_ON = (tangential_spring,)
+"""Laws whose files act in this one."""
 
-    ``a`` rolling spring with this step's increment added [rad], ``w`` rolling rate [rad/s], ``stiffness`` k_r [N m],
-    ``damping`` C_r [N m s], ``limit`` [N m]; returns (M_x, M_y, M_z, a_x, a_y, a_z).
-    """
-    mx = stiffness * ax + damping * wx
-    my = stiffness * ay + damping * wy
-    mz = stiffness * az + damping * wz
-    m = math.sqrt(mx * mx + my * my + mz * mz)
-    if m > limit:
-        q = limit / m
-        mx *= q
-        my *= q
-        mz *= q
-        a = stiffness * math.sqrt(ax * ax + ay * ay + az * az)
-        q = limit / a if a > limit else 1.0
-        return mx, my, mz, ax * q, ay * q, az * q
-    return mx, my, mz, ax, ay, az
+moment = tangential_spring.force
+"""M_r and the spring after the test of the slider, that of the tangential force: rolling spring [rad] with this step's
+increment, rolling rate [rad/s], k_r [N m], C_r [N m s] and the limit [N m] stand for its arguments."""

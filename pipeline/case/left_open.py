@@ -100,14 +100,6 @@ def _open_bottom(target: dict[str, Any]) -> bool:
     )
 
 
-def _has_ground() -> bool:
-    """Whether the stage that measures compares with laws of a kind of ground."""
-    try:
-        return "ground" in stages.load("crater").Settings.model_fields
-    except InputError:
-        return False
-
-
 def _expected(document: dict[str, Any]) -> Any:
     """The expected crater, or None where nothing is left open that depends on it. Raises ``ValueError`` where none can
     be expected."""
@@ -117,7 +109,7 @@ def _expected(document: dict[str, Any]) -> Any:
         target.get("shape") not in SOLIDS
         and "crater" in document["case"].get("stages", ("crater",))
         and "ground" not in _table(document, "crater")
-        and _has_ground()
+        and stages.takes("crater", "ground")
     )
     if DIAMETER[1] in impact and not _open_bottom(target) and not measured and ("stages" in document["case"] or asked):
         return None
@@ -165,7 +157,7 @@ def _filled(document: dict[str, Any], crater: Any) -> dict[str, Any]:
         "ground" not in _table(document, "crater")
         and target.get("shape") not in SOLIDS
         and "crater" in document["case"]["stages"]
-        and _has_ground()
+        and stages.takes("crater", "ground")
     ):
         document["crater"] = {**_table(document, "crater"), "ground": crater.ground.kind}
     return {**document, "impact": impact, "target": target}

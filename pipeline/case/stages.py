@@ -77,6 +77,14 @@ def load(stage: str) -> ModuleType:
         raise
 
 
+def takes(stage: str, key: str) -> bool:
+    """Whether the settings of ``stage``, where this installation has it, hold ``key``."""
+    try:
+        return key in load(stage).Settings.model_fields
+    except InputError:
+        return False
+
+
 def make(stage: str, settings: Any, run: Path, out: Path) -> None:
     """Run or resume a stage in the folder ``out``, with what the run folder holds. Linear algebra
     takes one thread: with several its sums come out otherwise in their last bits.

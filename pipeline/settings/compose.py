@@ -9,7 +9,6 @@ from dataclasses import replace
 
 from matter.case.body import Model
 from matter.case.identity_fields import identity_fields
-from matter.errors import InputError
 from pipeline.case import outside, stages
 from pipeline.case.read import Case
 from pipeline.settings import checking, expected
@@ -29,17 +28,15 @@ def _with_chain(case: Case) -> Case:
     """The case with the chain errors of its crater (``pipeline.settings.expected``), where it is one that was measured
     and names none itself."""
     table = case.document.get("crater", {})
-    if "crater" not in case.stages or not isinstance(table, dict) or "chain" in table or not _measures_with_chain():
+    if (
+        "crater" not in case.stages
+        or not isinstance(table, dict)
+        or "chain" in table
+        or not stages.takes("crater", "chain")
+    ):
         return case
     errors = expected.chain_of(case)
     return replace(case, document={**case.document, "crater": {**table, "chain": errors}}) if errors else case
-
-
-def _measures_with_chain() -> bool:
-    try:
-        return "chain" in stages.load("crater").Settings.model_fields
-    except InputError:
-        return False
 
 
 def hash8(case: Case) -> str:
