@@ -260,6 +260,8 @@ def census(
     count: int = 1000,
     seed: int = 1,
     out: Path | str | None = None,
+    mean_anomaly: float | str | None = None,
+    speed: float = conditions.ISOTROPIC_SPEED,
 ) -> int:
     """What the command ``impact_census`` does: impact statistics of one population at one moon as tables and pictures.
 
@@ -267,14 +269,15 @@ def census(
     ``nbody.population.conditions``). ``integrator``: rkck, fast or tube. ``count``: entries into the target's Hill
     sphere (effective ones for tube). ``out``: folder, default
     ``census-<target>-<population>-<integrator>-<count>-<seed>``; the same command resumes what was interrupted there,
-    or only redraws.
+    or only redraws. ``mean_anomaly``: Jupiter's at the start [rad] or "random" (default: the population's own);
+    ``speed``: at infinity, ``isotropic`` [m/s].
 
     Returns the exit code 0. Raises ``InputError`` (2) for bad input and ``Stopped`` (75) on request. Prints folder
     first, result last.
     """
     from nbody.results import products
 
-    request = Request(target, conditions.population(population), integrator, count, seed)
+    request = Request(target, conditions.population(population, mean_anomaly, speed), integrator, count, seed)
     jovian(target)
     name = Path(population).stem
     folder = archive.check_folder(

@@ -1,7 +1,7 @@
 """Several censuses in one table: what the choice of the population changes for a basin's projectile, against the
 statistical error.
 
-    python -m nbody.results.compare_censuses CENSUS [CENSUS ...] [--target callisto] [--out FILE.md]
+    python studies/compare_censuses.py CENSUS [CENSUS ...] [--target callisto] [--out FILE.md]
 
 ``CENSUS`` are folders made by ``impact_census``; the first is the one that the others are compared with.
 """
@@ -87,14 +87,12 @@ def _cell(number: dict, first: dict | None, factor: float, digits: int) -> str:
 
 def main(arguments: list[str] | None = None) -> int:
     """Command line: see the module's head."""
-    parser = argparse.ArgumentParser(prog="python -m nbody.results.compare_censuses")
+    parser = argparse.ArgumentParser(prog="python studies/compare_censuses.py")
     parser.add_argument("census", type=Path, nargs="+")
     parser.add_argument("--target", default="callisto")
     parser.add_argument("--out", type=Path)
     given = parser.parse_args(arguments)
-    command = "python -m nbody.results.compare_censuses " + " ".join(
-        arguments if arguments is not None else sys.argv[1:]
-    )
+    command = "python studies/compare_censuses.py " + " ".join(arguments if arguments is not None else sys.argv[1:])
     text = table([read(folder) for folder in given.census], given.target, command)
     if given.out:
         archive.write_text(given.out, text)
