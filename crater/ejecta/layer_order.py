@@ -14,7 +14,6 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.stats import spearmanr
 
 SOURCES = ("Melosh1989",)
 RIM, RINGS = 1.5, 3
@@ -49,6 +48,8 @@ def order(first: np.ndarray, height: np.ndarray, away: np.ndarray, azimuth: np.n
 
 
 def _correlation(first: np.ndarray, height: np.ndarray, ring: np.ndarray) -> tuple[float, float]:
+    from scipy.stats import spearmanr  # half a second of every command, and few rank
+
     pairs = [(_ranks(first[ring == k]), _ranks(height[ring == k])) for k in range(RINGS)]
     outcome = spearmanr(*(np.concatenate(column) for column in zip(*pairs)))
     return float(outcome.statistic), float(outcome.pvalue)

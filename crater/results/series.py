@@ -8,7 +8,6 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from scipy.signal import savgol_filter
 
 from crater.ground import cloud as clouds
 from crater.ground import locate
@@ -81,6 +80,8 @@ def write_csv(moments: Sequence[Moment], path: Path) -> None:
 def smoothed(time: np.ndarray, values: np.ndarray) -> np.ndarray:
     """Savitzky-Golay smoothing of a series (window of 5, quadratic); short or gappy series are returned as they
     are."""
+    from scipy.signal import savgol_filter  # half a second of every command, and few smooth
+
     good = np.isfinite(values)
     if good.sum() < 5:
         return values

@@ -21,10 +21,10 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.stats import qmc
 
 from matter.case.body import Target
 from matter.errors import InputError
+from matter.points import sobol
 from matter.solids import solid as solids
 from matter.solids.body_datum import Datum
 from matter.solids.solid import Solid
@@ -178,7 +178,7 @@ class WholeBody:
         size = np.linalg.norm(corner - middle[:, None], axis=2).max(axis=1)
         near = np.flatnonzero(np.linalg.norm(middle - site, axis=1) - size < self.reach)
         edges = np.cumsum(area[near])
-        stream = qmc.Sobol(3, scramble=True, rng=5)
+        stream = sobol.stream(3, 5)
         feet, drawn = np.empty((0, 3)), 0
         while len(feet) < _POOL and drawn < 64 * _POOL:
             number = stream.random(_POOL)

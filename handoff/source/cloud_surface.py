@@ -25,7 +25,6 @@ from typing import Literal
 import numpy as np
 from pydantic import Field
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 from handoff.domains.domain import Domain
 from handoff.source import free_flight, speed_limit
@@ -36,6 +35,7 @@ from matter.case.quantity import PositiveSpeed
 from matter.errors import InputError
 from matter.geometry.alpha_shape import AlphaShape, alpha_shape
 from matter.particles import Particles
+from matter.points import sobol
 from matter.wording import readable
 
 REASONS = ("compact", "sparse", "expanded", "fast", "high", "detached")
@@ -289,7 +289,7 @@ def fraction_inside(
     between, cut = domain.between(position), domain.cut_depth(position)
     fraction, centre = (between & (cut > 0.0)).astype(float), position.copy()
     crossing = np.flatnonzero(between & (np.abs(cut) < spacing))
-    cloud = qmc.Sobol(3, scramble=True, rng=1).random(_CELL_POINTS)
+    cloud = sobol.stream(3, 1).random(_CELL_POINTS)
     radius, cosine, azimuth = np.cbrt(cloud[:, 0]), 2.0 * cloud[:, 1] - 1.0, 2.0 * np.pi * cloud[:, 2]
     sine = np.sqrt(1.0 - cosine**2)
     ball = radius[:, None] * np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1)

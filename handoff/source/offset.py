@@ -20,11 +20,11 @@ import itertools
 import numpy as np
 from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 from handoff.domains.domain import Domain
 from handoff.source.cloud_surface import Rules
 from matter.geometry.alpha_shape import AlphaShape, OffsetShape
+from matter.points import sobol
 
 _RANGE = (0.0, 0.75)
 _MOST = 1.25
@@ -39,7 +39,7 @@ finer than grains."""
 
 def even_points(domain: Domain) -> np.ndarray:
     """65,536 even points of the domain."""
-    return domain.even_points(qmc.Sobol(3, scramble=True, rng=2).random_base2(16))
+    return domain.even_points(sobol.stream(3, 2).random_base2(16))
 
 
 def passes(spacing: np.ndarray, coarse: float) -> np.ndarray:

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 import resource
+import signal
 import sys
 import time
 import traceback
@@ -12,9 +13,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+from pipeline.commands import command
+
 SECONDS, BYTES = 10.0, 2**30
-"""What no call on bad input may take: time [s], memory [bytes] more than the process that it was forked from."""
-_KILL_AFTER = 6 * SECONDS
+"""What no call on bad input may take: CPU time [s], memory [bytes] more than the process that it was forked from."""
+_CPU_LIMIT, _PATIENCE = 2 * SECONDS, 60 * SECONDS  # a busy machine stretches the clock, not the time of the processor
 
 
 class Said(NamedTuple):
@@ -37,6 +40,10 @@ class Said(NamedTuple):
             found.append(f"{self.seconds:.1f} s")
         if self.bytes > BYTES:
             found.append(f"{self.bytes / 2**20:.0f} MB")
+        if self.code == -signal.SIGXCPU:
+            found.append("a hang")
+        if len(self.text) > command.LONGEST + 200:
+            found.append(f"{len(self.text)} characters")
         if self.code == 2 and not self.text.strip():
             found.append("exit code 2 without a word")
         return found
@@ -49,14 +56,15 @@ def call(name: str, words: list[str], log: Path, cwd: Path | None = None) -> Sai
     def work() -> None:
         if cwd is not None:
             os.chdir(cwd)
+        resource.setrlimit(resource.RLIMIT_CPU, (int(_CPU_LIMIT), resource.RLIM_INFINITY))
         sys.argv = [name, *words]
         getattr(cli, name)()
 
     return forked(work, log)
 
 
-def forked(work: Callable[[], object], log: Path, patience: float = _KILL_AFTER) -> Said:
-    """``work`` in a child of this process, killed after ``patience`` seconds."""
+def forked(work: Callable[[], object], log: Path, patience: float = _PATIENCE) -> Said:
+    """``work`` in a child of this process, killed after ``patience`` seconds of the clock."""
     sys.stdout.flush()
     sys.stderr.flush()
     read, write = os.pipe()

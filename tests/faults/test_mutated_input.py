@@ -22,6 +22,7 @@ from matter.files import snapshot
 from matter.particles import Particles
 from tests.faults import mutations
 from tests.faults.calls import Said, call
+from tests.matter import foreign_files
 
 ROOT = Path(__file__).resolve().parents[2]
 SHIPPED = sorted((ROOT / "cases").glob("*/case.toml")) + [ROOT / "examples" / "own_case.toml"]
@@ -179,33 +180,34 @@ PROFILE = "# stage = final\nradius_m,height_m\n" + "".join(f"{r}e3,{h:.3f}e3\n" 
 
 @sizes(8, 200)
 def test_mutated_files_of_others(draws, tmp_path):
-    """Profiles for comparison, and tables of particles to import."""
+    """Profiles for comparison, tables and dumps of particles to import."""
     rng0 = np.random.default_rng(3)
     rows = "\n".join(",".join(f"{v:.4g}" for v in row) for row in np.abs(rng0.normal(size=(40, 8))) + 0.1)
     table = "x,y,z,vx,vy,vz,mass,density\n" + rows + "\n"
     (tmp_path / "profile.csv").write_text(PROFILE)
     (tmp_path / "table.csv").write_text(table)
+    (tmp_path / "whole.dump").write_text(foreign_files.DUMP)
+    texts = {"profile.csv": PROFILE, "table.csv": table, "whole.dump": foreign_files.DUMP}
     for name, words in (
         ("compare_profiles", ["profile.csv", "thesis_980km", "--out", "compared"]),
         ("import_snapshot", ["table.csv", "--out", "table.vtkhdf"]),
+        ("import_snapshot", ["whole.dump", "--out", "dump.vtkhdf"]),
     ):
         sound = call(name, words, tmp_path / "said", tmp_path)
         assert sound.code == 0, sound.text
 
     def one(rng: random.Random, draw: int) -> tuple[str, Said, tuple[int, ...]]:
-        profile = rng.random() < 0.5
-        text = PROFILE if profile else table
+        kind = rng.choice(list(texts))
+        text = texts[kind]
         for _ in range(rng.randint(1, 3)):
             text = _spoiled(text, rng)
-        file = tmp_path / ("profile.csv" if profile else "table.csv")
+        file = tmp_path / kind
         file.write_bytes(text.encode("utf-8", "surrogateescape"))
         shutil.rmtree(tmp_path / "out", ignore_errors=True)
-        words = (
-            [str(file), "thesis_980km", "--out", str(tmp_path / "out")]
-            if profile
-            else [str(file), "--out", str(tmp_path / "new.vtkhdf")]
-        )
-        name = "compare_profiles" if profile else "import_snapshot"
+        if kind == "profile.csv":
+            name, words = "compare_profiles", [str(file), "thesis_980km", "--out", str(tmp_path / "out")]
+        else:
+            name, words = "import_snapshot", [str(file), "--out", str(tmp_path / "new.vtkhdf")]
         return name, call(name, words, tmp_path / "said", tmp_path), (0, 1, 2)
 
     campaign(draws, one)

@@ -13,6 +13,14 @@ POSITION, MASS, PRESSURE, DENSITY, ENERGY, STRESS, DAMAGE, FLAG = 0, 1, 2, 3, 4,
 SCALAR, VECTOR, TRACELESS, INDEX = 0, 1, 4, 5
 ZERO, FIRST, SECOND = 0, 1, 2
 
+DUMP = "ITEM: UNITS\ncgs\n" + "".join(
+    f"ITEM: TIME\n{step}.5\nITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n"
+    "0 1\nITEM: ATOMS id type x y z vx vy vz radius mass c_pe\n"
+    "1 1 1 2 3 0 0 0 0.5 3 0\n2 2 4 5 6 0 0 0 0.5 3 0\n3 1 7 8 9 0 0 0 0.5 3 0\n"
+    for step in (0, 100)
+)
+"""LAMMPS: two steps of three atoms, with units and times."""
+
 
 def ssf(path: Path, bodies: list[dict], version: int = 20210808, kind: bytes = b"sph", attractors: int = 0) -> None:
     """An OpenSPH state file. A body: ``name`` and arrays ``position`` (n, 4), ``velocity`` (n, 4), ``mass``,

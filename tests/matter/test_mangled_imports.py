@@ -48,12 +48,6 @@ ODD = st.one_of(
 )
 few = settings(max_examples=30, deadline=None, derandomize=True)
 
-DUMP = "ITEM: UNITS\ncgs\n" + "".join(
-    f"ITEM: TIME\n{step}.5\nITEM: TIMESTEP\n{step}\nITEM: NUMBER OF ATOMS\n3\nITEM: BOX BOUNDS ff ff ff\n0 1\n0 1\n"
-    "0 1\nITEM: ATOMS id type x y z vx vy vz radius mass c_pe\n"
-    "1 1 1 2 3 0 0 0 0.5 3 0\n2 2 4 5 6 0 0 0 0.5 3 0\n3 1 7 8 9 0 0 0 0.5 3 0\n"
-    for step in (0, 100)
-)
 CSV = "id,x [km],y,z,m,rho [g/cm^3],mat\n1,1,2,3,4,5,0\n2,4,5,6,7,8,1\n9007199254740993,7,8,9,1,1,0\n"
 OBJ = "v 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nf 1 3 2\nf 1 2 4\nf -4/1 -1/2 -2/3\nf 2 3 4\n"
 
@@ -104,7 +98,7 @@ def written(path, text: str):
 
 @pytest.mark.parametrize("name", ["whole.dump", "whole.csv", "whole.obj"])
 def test_what_is_mangled_below_is_whole(place, name):
-    text = {"whole.dump": DUMP, "whole.csv": CSV, "whole.obj": OBJ}[name]
+    text = {"whole.dump": foreign.DUMP, "whole.csv": CSV, "whole.obj": OBJ}[name]
     path = written(place / name, text)
     if name.endswith("obj"):
         assert solid.read(path, 1.0).volume == pytest.approx(1.0 / 6.0)
@@ -113,7 +107,7 @@ def test_what_is_mangled_below_is_whole(place, name):
 
 
 @few
-@given(text=mangled(DUMP))
+@given(text=mangled(foreign.DUMP))
 def test_mangled_dumps(place, text):
     path = written(place / "a.dump", text)
     judged(lambda: formats.convert(path, place / "a.vtkhdf"))
@@ -136,7 +130,7 @@ def test_mangled_surfaces(place, text):
 @few
 @given(text=mangled("x,y,z,m"), whole=st.booleans())
 def test_mangled_names_of_columns(place, text, whole):
-    path = written(place / ("b.csv" if whole else "b.dump"), "1 2 3 4\n" if whole else DUMP)
+    path = written(place / ("b.csv" if whole else "b.dump"), "1 2 3 4\n" if whole else foreign.DUMP)
     judged(lambda: formats.convert(path, place / "a.vtkhdf", columns=text))
 
 
