@@ -26,6 +26,8 @@ GRID = 97
 """Points along an edge of the height map."""
 ALONG, DOWN = 256, 96
 """Cells of the cross-section."""
+AROUND = 8
+"""Nearest particles that tell a pore from a cavity."""
 NO_HEIGHT, UNKNOWN, EMPTY = 65535, 254, 255
 """Bytes for: no ground measured here; matter of unknown origin; no matter."""
 
@@ -153,10 +155,14 @@ def _section(datum, particles, size, origin, deepest, measures, half) -> tuple[n
     slab = np.abs(datum.local(particles.position)[:, 1]) < 2.0 * size
     if not slab.any():
         return np.full(ALONG * DOWN, EMPTY, dtype=np.uint8), low, high
-    away, nearest = cKDTree(particles.position[slab]).query(_position(datum, u, np.zeros_like(u), h))
-    cells = _byte(origin[slab][nearest], deepest)
+    # a gap no wider than the coarsest particle beside it is a pore, not a cavity
+    among = min(AROUND, int(np.count_nonzero(slab)))
+    away, near = cKDTree(particles.position[slab]).query(
+        _position(datum, u, np.zeros_like(u), h), k=[*range(1, among + 1)]
+    )
+    cells = _byte(origin[slab][near[:, 0]], deepest)
     with np.errstate(invalid="ignore"):
-        cells[~(h <= np.tile(surface, DOWN)) | (away > size[slab][nearest])] = EMPTY
+        cells[~(h <= np.tile(surface, DOWN)) | (away[:, 0] > size[slab][near].max(axis=1))] = EMPTY
     return cells, low, high
 
 

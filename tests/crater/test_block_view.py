@@ -121,3 +121,30 @@ def test_a_crater_that_moves_is_not_called_final(bowl, rest, words):
     found = Findings(setting=None, shock=None, grains=GrainFindings((), last, None, {}))
     assert report._last(found) == words
     assert words in block_view.html(bowl[3], report._last(found))
+
+
+def test_a_pore_between_coarse_grains_is_no_hole_of_the_face(bowl):
+    """Fine grains cover the wall of a gap between coarse ones; a cavity wider than these stays a hole."""
+    kind, shape, measures, _ = bowl
+    if kind == "sphere":
+        pytest.skip("the same rule")
+    rng, spacing = np.random.default_rng(7), SPACING["plane"]
+    position = synthetic.cloud_on_plane(shape, spacing, rng, "lattice", centre=(120.0, -80.0))
+    middle = measures.ground.datum.outside(np.array([[0.0, 0.0, -700.0], [1200.0, 0.0, -500.0]]))
+    away = np.linalg.norm(position[:, None] - middle[None], axis=2)
+    gaps = (0.9 * spacing, 4.0 * spacing)
+    position = position[(away > gaps).all(axis=1)]
+    size, fine = np.full(len(position), 0.5 * spacing), 0.2 * spacing
+    around = rng.normal(size=(400, 3))
+    dust = middle[0] + 0.8 * spacing * around / np.linalg.norm(around, axis=1)[:, None]
+    particles = Particles(
+        {"position": np.concatenate([position, dust]), "radius": np.concatenate([size, np.full(400, 0.5 * fine)])}
+    )
+    content = block_view.data(measures, particles, None)
+    section = content["section"]
+    cells = np.frombuffer(base64.b64decode(section["cells"]), np.uint8).reshape(section["down"], section["along"])
+    u = (np.arange(section["along"]) + 0.5) / section["along"] * 2.0 * content["half"] - content["half"]
+    h = section["low"] + (np.arange(section["down"]) + 0.5) / section["down"] * (section["high"] - section["low"])
+    from_gap = [np.hypot(u[None, :] - x, h[:, None] - z) for x, z in ((0.0, -700.0), (1200.0, -500.0))]
+    assert not (cells[from_gap[0] < gaps[0]] == block_view.EMPTY).any()
+    assert (cells[from_gap[1] < gaps[1] - 1.1 * spacing] == block_view.EMPTY).all()
