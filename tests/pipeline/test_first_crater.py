@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import os
+import re
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import pytest
@@ -85,3 +87,34 @@ def test_a_kernel_that_is_compiled_is_told_once_and_one_that_is_there_is_not():
     with compiling.told(told.append):
         half(5.0)
     assert len(told) == 1
+
+
+def test_the_pages_for_a_newcomer_give_one_set_of_numbers():
+    """README, the first run, its page and its result: what came out and what is expected are the same everywhere."""
+    expected = tomllib.loads((CASE / "expected.toml").read_text())["case"]["final"]
+    parts = ("measuring", "draws", "handoff", "size")
+    number = {}
+    for key in ("diameter_apparent_m", "depth_m"):
+        row = {name: float(text.split()[0]) for name, text in expected[key].items() if name in ("value", *parts)}
+        number[key] = row["value"], sum(row[name] ** 2 for name in parts) ** 0.5
+    (d, d_error), (depth, depth_error) = number.values()
+    start = ROOT / "docs" / "site" / "start"
+    assert f"diameter of {d:.0f} +- {d_error:.0f} m and a depth of {depth:.1f} +- {depth_error:.1f} m" in read(
+        "README.md"
+    )
+    first = (start / "first_run.md").read_text()
+    assert f"expected {d:.1f} +- {d_error:.1f} m" in first and f"expected {depth:.1f} +- {depth_error:.1f} m" in first
+    final = [
+        re.search(rf"^{row}.* ([\d.]+ \+- [\d.]+) m$", first, re.M)[1] for row in ("apparent diameter", "depth below")
+    ]
+    headline = "D = {} m, depth {} m, settled".format(*(text.replace("+-", "±") for text in final))
+    assert headline in (start / "read_the_page.md").read_text()
+    result = read("docs/results/first_crater/README.md")
+    sizes = re.search(r"([\d,]+ particles), ([\d,]+ grains)", result)
+    assert all(size in read("cases/first_crater/README.md") for size in sizes.groups())
+    made = re.search(r"apparent diameter \| ([\d.]+)", result)[1]
+    assert final[0].split()[0] == made and f"A crater of {float(made):.0f} m" in read("README.md")
+
+
+def read(name: str) -> str:
+    return (ROOT / name).read_text()
