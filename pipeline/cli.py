@@ -47,13 +47,19 @@ def _inspect_handoff(
             if given and not sensitivity:
                 raise InputError(f"{option} goes with --sensitivity")
         run_folder = run.parent if run.name == "4_handoff" else run  # either is understood
+        intact.check_shown(run_folder, "handoff")
+        busy = run_folder / "run.lock"
         if sensitivity:
             from pipeline.uncertainty import sensitivity as runs
 
+            if lock.taken(busy):  # said before hours of work, not after them
+                raise InputError(
+                    f"{run_folder} is in use by {lock.holder(busy)}: --sensitivity follows a finished run"
+                )
             runs.run(run_folder, only, threads, draws or runs.DRAWS)
-        intact.check_shown(run_folder, "handoff")
+            intact.check_shown(run_folder, "handoff")
         code = handoff_report.print_ledger(run_folder)
-        if lock.taken(busy := run_folder / "run.lock"):
+        if lock.taken(busy):
             print(f"\nthe page stays as it is: {run_folder} is in use by {lock.holder(busy)}")
         else:
             with view.owned(run_folder, "handoff") as out:

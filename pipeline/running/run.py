@@ -49,6 +49,7 @@ def run(request: Request, screen: Screen) -> Outcome:
         archive.remove_unfinished(run_folder, below=False)  # stages are looked after when they are opened
         threads = _threads(request.threads)
         journal = Journal(run_folder, request.start, screen)
+        _show_earlier(request, settings, journal)
         _clear_the_way(request, journal.interrupted)
         describe(run_folder, request.case, request.wanted, settings, threads)
         progress.listen(journal.hear)
@@ -81,6 +82,34 @@ def _to_do(request: Request) -> list[str]:
     """The wanted stages, after those before them whose result the case takes from elsewhere."""
     before = stages.ORDER[: stages.ORDER.index(request.wanted[0])]
     return [stage for stage in before if stage in request.case.outside] + list(request.wanted)
+
+
+def _show_earlier(request: Request, settings: dict[str, Model], journal: Journal) -> None:
+    """Take from the store the stages before the first wanted one that a new run folder lacks and that are read. Raises
+    ``InputError`` where the store lacks them too."""
+    run_folder, missing, read = request.run_folder, list[str](), set[str]()
+    for stage in reversed(stages.ORDER):  # what is read, and what that was made of
+        if stage in request.wanted or stage in read:
+            read |= {file.partition("/")[0] for file in stages.READS[stage]}
+    for stage in stages.ORDER[: stages.ORDER.index(request.wanted[0])]:
+        mine = stages.folder(run_folder, stage)
+        if stage not in read & set(request.case.stages) or stage in request.case.outside or mine.exists():
+            continue
+        if missing:
+            missing.append(mine.name)
+            continue
+        find = partial(stages.folder, run_folder)
+        entry = Entry.for_run(run_folder, stage, identity.stage_identity(stage, settings.get(stage), None, find).key)
+        if entry.done:
+            view.show(run_folder, stage, entry.path)
+            journal.screen.say(f"{mine.name}: taken from the store, {entry.name}")
+        else:
+            missing.append(mine.name)
+    if missing:
+        raise InputError(
+            f"--from {request.wanted[0]} needs {', '.join(missing)}, which neither {run_folder} nor the store of its "
+            f"runs has: leave out --from {request.wanted[0]}, and the run makes what is missing"
+        )
 
 
 def _unsound_before(request: Request) -> dict[str, str]:

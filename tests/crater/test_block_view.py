@@ -21,6 +21,7 @@ from tests.crater import browser
 
 SPACING = {"plane": 80.0, "sphere": 30e3}
 LIFT = {"plane": 300.0, "sphere": 100e3}
+AROUND = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
 
 
 @pytest.fixture(scope="module", params=["plane", "sphere"])
@@ -124,7 +125,7 @@ def test_a_crater_that_moves_is_not_called_final(bowl, rest, words):
 
 
 def test_a_pore_between_coarse_grains_is_no_hole_of_the_face(bowl):
-    """Fine grains cover the wall of a gap between coarse ones; a cavity wider than these stays a hole."""
+    """Four fine grains lie in a gap between coarse ones; a cavity wider than these stays a hole."""
     kind, shape, measures, _ = bowl
     if kind == "sphere":
         pytest.skip("the same rule")
@@ -135,10 +136,12 @@ def test_a_pore_between_coarse_grains_is_no_hole_of_the_face(bowl):
     gaps = (0.9 * spacing, 4.0 * spacing)
     position = position[(away > gaps).all(axis=1)]
     size, fine = np.full(len(position), 0.5 * spacing), 0.2 * spacing
-    around = rng.normal(size=(400, 3))
-    dust = middle[0] + 0.8 * spacing * around / np.linalg.norm(around, axis=1)[:, None]
+    side = measures.ground.datum.outside(np.array([[x, 0.0, -700.0 + z] for x, z in 0.8 * spacing * AROUND]))
     particles = Particles(
-        {"position": np.concatenate([position, dust]), "radius": np.concatenate([size, np.full(400, 0.5 * fine)])}
+        {
+            "position": np.concatenate([position, side]),
+            "radius": np.concatenate([size, np.full(len(side), 0.5 * fine)]),
+        }
     )
     content = block_view.data(measures, particles, None)
     section = content["section"]

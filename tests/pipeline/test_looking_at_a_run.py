@@ -41,6 +41,8 @@ BUSY, MADE, NONE = "in use by process", "is being made by process", "no ledger|n
 # command -> exit code and a pattern of what it says, while each of STAGES is made
 SAID = {
     "inspect_handoff RUN": [(2, NONE), (2, NONE), (2, MADE), (0, "page stays as it is"), (0, "page stays as it is")],
+    "inspect_handoff RUN --sensitivity": [(2, BUSY), (2, BUSY), (2, MADE), (2, BUSY), (2, BUSY)],
+    "compare_profiles RUN RUN --out RUN/2_sph": [(2, f"is a stage of a run|{NONE}")] * 4 + [(2, MADE)],
     "compare_profiles RUN RUN": [(2, NONE)] * 4 + [(2, MADE)],
     "fly_ejecta RUN --out OUT": [(2, "ejecta.h5")] * 4 + [(0, MADE)],
     "export_snapshot RUN/2_sph/snap_0000.vtkhdf --out OUT/x.csv": [(0, "7 particles")] * 5,
@@ -48,6 +50,8 @@ SAID = {
     "import_snapshot RUN/2_sph/history.csv --out RUN/2_sph/y.vtkhdf": [(2, "is a stage of a run")] * 5,
     "impact_census --count 1 --out RUN/2_sph": [(2, "is a stage of a run")] * 5,
     "measure_crater RUN/2_sph/snap_0000.vtkhdf": [(2, "holds 7 particles")] * 5,
+    "measure_crater RUN/2_sph/snap_0000.vtkhdf --out RUN/2_sph": [(2, "is a stage of a run|holds 7 particles")] * 5,
+    "fly_ejecta RUN --out RUN/2_sph": [(2, "is a stage of a run|ejecta.h5")] * 5,
     "python_door RUN": [(0, "1 snapshots, 0 tables")] * 3 + [(0, "2 snapshots, 1 tables")] * 2,
     "run_case RUN": [(2, BUSY)] * 5,
     "run_case RUN --from handoff": [(2, BUSY)] * 5,
@@ -131,7 +135,7 @@ def test_nothing_is_lost_when_a_run_is_looked_at(case_folder, tmp_path, fake_sta
     def held(settings, inputs, out):
         half_made(out, stage)
         begun.set()
-        failed.append(not seen.wait(120))
+        failed.append(not seen.wait(600))
         make(settings, inputs, out)
 
     monkeypatch.setattr(stages.load(stage), "run", held)

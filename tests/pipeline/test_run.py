@@ -163,6 +163,20 @@ def test_from_makes_a_stage_and_those_after_it_anew(go):
     assert go(until="sph")[1].worked() == []
 
 
+def test_from_takes_what_lies_before_it_from_the_store_or_names_it(go, drive, case_folder, tmp_path):
+    go()
+    _, screen = go("bed.radius=1200 m", start="bed")  # another run, whose shock stage is that of the first
+    assert screen.worked() == ["bed", "handoff", "dem", "crater"]
+    assert any(line.startswith("2_sph: taken from the store") for line in screen.lines)
+    assert go("bed.radius=1200 m")[1].worked() == []
+    for start, missing in (("bed", "2_sph"), ("crater", "2_sph, 3_bed, 4_handoff, 5_dem")):
+        request = Request(cases.read(case_folder, None, ()), tmp_path / "new", start=start)
+        with pytest.raises(InputError, match=f"^--from {start} needs {missing}, .*: leave out --from {start}"):
+            run(request, Recorder())
+        code, _, err = drive(case_folder, "--out", tmp_path / "new", "--from", start)
+        assert code == 2 and err.startswith(f"--from {start} needs {missing},") and err.count("\n") == 1, err
+
+
 def test_from_goes_on_when_the_same_command_was_interrupted(go):
     failing = "dem.failure=unphysical"
     with pytest.raises(UnphysicalState):
