@@ -3,10 +3,10 @@
 With h the spacing over that of the run (1, 1.26, 1.59) and y the measure, by least squares (Richardson 1911; Roache
 1998, chapter 5):
 
-    y(h) = y0 + c h^p,    size^2 = max(0, c^2 - s^2 sum(u^2))
+    y(h) = y0 + c h^p,    size^2 = max(0, c^2 - s^2 sum(u^2)) + max(0, s_r^2 - s^2)
 
-where c = sum(u y) is the distance of the run from ``y0``, and s the scatter of one run over its random draws: what is
-subtracted is what that scatter alone would give on average. The order p follows from three rungs at equal ratios r,
+where c = sum(u y) is the distance of the run from ``y0``, s the scatter of one run over its random draws and s_r that
+of the rungs about the law: what is subtracted is what the draws alone would give on average. The order p follows from three rungs at equal ratios r,
 
     p = ln((y3 - y2) / (y2 - y1)) / ln r,
 
@@ -54,7 +54,9 @@ def climb(values: Sequence[float], scatter: float) -> Ladder | None:
     weights = np.linalg.pinv(design)
     origin, rise = weights @ (y - y[0])
     noise = scatter**2 * float(np.sum(weights[1] ** 2))
-    return Ladder(order, float(y[0] + origin), math.sqrt(max(0.0, float(rise) ** 2 - noise)))
+    rest = float(np.sum((y - y[0] - design @ (origin, rise)) ** 2)) / (len(y) - 2)
+    size = max(0.0, float(rise) ** 2 - noise) + max(0.0, rest - scatter**2)
+    return Ladder(order, float(y[0] + origin), math.sqrt(size))
 
 
 def _order(y: np.ndarray, scatter: float) -> float | None:
