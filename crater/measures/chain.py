@@ -55,11 +55,12 @@ def with_errors(measures: Measures, errors: Mapping[str, float]) -> Measures:
 def without_errors(measures: Measures) -> Measures:
     """The measures of a run that is not resolved: those without a chain error, which holds another size, have no
     error."""
-    quantities = {
-        name: quantity if quantity.value is None or PART in quantity.parts else replace(quantity, sigma=None)
-        for name, quantity in measures.quantities.items()
-    }
-    return replace(measures, quantities=quantities)
+    return replace(measures, quantities={name: without_error(one) for name, one in measures.quantities.items()})
+
+
+def without_error(quantity: Quantity) -> Quantity:
+    """A quantity of such a run."""
+    return quantity if quantity.value is None or PART in quantity.parts else replace(quantity, sigma=None)
 
 
 def _joined(quantity: Quantity, error: float) -> Quantity:

@@ -290,16 +290,20 @@ def judged(findings: Findings, facts: Mapping[str, Any]) -> Findings:
     def last(crater: LastCrater | None) -> LastCrater | None:
         return None if crater is None else replace(crater, measures=chain.without_errors(crater.measures))
 
-    shock, grains = findings.shock, findings.grains
+    def bare(moment: series.Moment) -> series.Moment:
+        found = moment.measures
+        return moment if found is None else replace(moment, measures=chain.without_errors(found))
+
+    shock, grains, ballistic = findings.shock, findings.grains, findings.ballistic
     if shock is not None:
-        transient = {
-            key: moment if moment.measures is None else replace(moment, measures=chain.without_errors(moment.measures))
-            for key, moment in shock.transient.items()
-        }
-        shock = replace(shock, transient=transient, last=last(shock.last))
+        transient = {key: bare(moment) for key, moment in shock.transient.items()}
+        shock = replace(shock, transient=transient, last=last(shock.last), handed=shock.handed and bare(shock.handed))
     if grains is not None:
-        grains = replace(grains, last=last(grains.last))
-    return replace(findings, shock=shock, grains=grains)
+        grains = replace(grains, last=last(grains.last), began=grains.began and bare(grains.began))
+    if ballistic is not None:
+        without = {name: chain.without_error(quantity) for name, quantity in ballistic.measures.items()}
+        ballistic = replace(ballistic, measures=without)
+    return replace(findings, shock=shock, grains=grains, ballistic=ballistic)
 
 
 def time_of(findings: Findings, moment: series.Moment) -> Quantity:

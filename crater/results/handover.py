@@ -63,7 +63,8 @@ def changes(before: Moment | None, after: Moment | None) -> dict[str, Pair]:
 def _change(name: str, before: Quantity, after: Quantity) -> Pair:
     if before.value is None or after.value is None:
         return Pair(before, after, Quantity(None, None, UNITS[name], before.reason or after.reason))
-    sigma = math.hypot(before.sigma or 0.0, after.sigma or 0.0)
+    known = before.sigma is not None and after.sigma is not None
+    sigma = math.hypot(before.sigma, after.sigma) if known else None
     return Pair(before, after, Quantity(after.value - before.value, sigma, UNITS[name]))
 
 

@@ -8,10 +8,12 @@ from types import SimpleNamespace
 
 import pytest
 
+from crater.ejecta.ballistic import Ballistic
 from crater.measures.measure import Measures, Quantity
 from crater.pages import report
-from crater.results import soundness
-from crater.results.findings import Findings, GrainFindings, LastCrater, judged
+from crater.results import handover, series, soundness
+from crater.results.findings import Findings, GrainFindings, LastCrater, ShockFindings, judged
+from matter.wording.crater_measures import UNITS
 from sph.boundary import external_budget
 
 SHOCK = {
@@ -209,6 +211,22 @@ def test_what_is_not_resolved_has_no_errors_but_those_with_the_chain():
     assert left["diameter_apparent_m"].sigma == 3.0
     assert report.shown(left["depth_m"]) == "20.7 m" and report.shown(left["diameter_apparent_m"]) == "207.1 ± 3.0 m"
     assert judged(findings, {}).settled_grains is findings.settled_grains
+
+
+def test_no_sentence_or_table_of_an_unresolved_run_has_an_error_of_its_own():
+    """The crater right before and after the handover, and the ballistic one: as the table of measures."""
+    quantities = {name: Quantity(20.7123, 0.4, UNITS[name], parts={"azimuth": 0.4}) for name in handover.NAMES}
+    moment = series.Moment("sph", 0.3, Path("x"), Measures(quantities, None, None, None))
+    shock = ShockFindings((), {"volume": moment}, (), 1.0, Path("x"), None, None, None, {}, handed=moment)
+    grains = GrainFindings((), None, None, {}, began=moment)
+    flown = Ballistic(None, quantities, 0.0, 0.3, "x")
+    whole = Findings(SimpleNamespace(), shock, grains, ballistic=flown)
+    found = judged(whole, {"not_resolved": "2 particles"})
+    rows = handover.changes(*found.handed_over)
+    assert set(rows) == set(handover.NAMES)
+    assert all(one.sigma is None for row in rows.values() for one in row)
+    assert all(one.sigma is None for one in found.ballistic.measures.values())
+    assert judged(whole, {}).ballistic is flown and judged(whole, {}).shock is shock
 
 
 @pytest.mark.parametrize(("growing", "ratio"), [((), "0.50"), (("volume",), "")])
