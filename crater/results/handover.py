@@ -63,8 +63,8 @@ def changes(before: Moment | None, after: Moment | None) -> dict[str, Pair]:
 def _change(name: str, before: Quantity, after: Quantity) -> Pair:
     if before.value is None or after.value is None:
         return Pair(before, after, Quantity(None, None, UNITS[name], before.reason or after.reason))
-    known = before.sigma is not None and after.sigma is not None
-    sigma = math.hypot(before.sigma, after.sigma) if known else None
+    one, other = before.sigma, after.sigma
+    sigma = None if one is None or other is None else math.hypot(one, other)
     return Pair(before, after, Quantity(after.value - before.value, sigma, UNITS[name]))
 
 

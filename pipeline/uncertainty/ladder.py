@@ -6,7 +6,8 @@ With h the spacing over that of the run (1, 1.26, 1.59) and y the measure, by le
     y(h) = y0 + c h^p,    size^2 = max(0, c^2 - s^2 sum(u^2)) + max(0, s_r^2 - s^2)
 
 where c = sum(u y) is the distance of the run from ``y0``, s the scatter of one run over its random draws and s_r that
-of the rungs about the law: what is subtracted is what the draws alone would give on average. The order p follows from three rungs at equal ratios r,
+of the rungs about the law: what is subtracted is what the draws alone would give on average. The order p follows from
+three rungs at equal ratios r,
 
     p = ln((y3 - y2) / (y2 - y1)) / ln r,
 
