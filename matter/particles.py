@@ -46,6 +46,8 @@ FIELDS: dict[str, Field] = {
     "layer": Field((), "int32", "1", "layer of the target, counted from the centre; -1 is the projectile"),
     "initial_position": Field((3,), "float64", "m", "position at the start of the impact"),
     "neighbours": Field((), "int32", "1", "number of particles inside the support"),
+    "block": Field((), "int32", "1", "which block of blocks.h5 it belongs to; -1 is the ground between them"),
+    "size": Field((3,), "float64", "m", "full axes of a block along x, y and z"),
     # grains
     "radius": Field((), "float64", "m", "radius of the sphere"),
     "angular_velocity": Field((3,), "float64", "rad/s", "spin of the sphere"),

@@ -157,6 +157,8 @@ class Settings(_Keys):
             raise ValueError("late.viscosity_at must be before end_time")
         if fault := symmetries.fault(self.symmetry, self.target, self.impact) or sides_and_floor.fault(self):
             raise ValueError(fault)
+        if self.target.blocks:
+            raise ValueError("target.blocks: the shock stage holds no blocks yet")
         materials, ball = self.chosen_materials(), self.impact.projectile
         if ball.parts and self.projectile_particles is not None:
             raise ValueError(

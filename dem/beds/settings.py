@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import Field, model_validator
 
 from dem.beds import extent
 from dem.beds.container import SHAPES
@@ -64,6 +64,15 @@ class Settings(Model):
     """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; between them it turns with
     the body. None: a 500th of the time of an orbit about a body as dense as its grains
     (``dem.grains.self_gravity``)."""
+
+    @model_validator(mode="after")
+    def _without_blocks(self) -> Settings:
+        if self.target.blocks:
+            raise ValueError(
+                "target.blocks: a bed holds no blocks yet; leave out the stages bed, handoff and dem ([case] stages = "
+                '["sph", "crater"])'
+            )
+        return self
 
     @property
     def on_patch(self) -> bool:

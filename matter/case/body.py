@@ -10,9 +10,12 @@ from __future__ import annotations
 import math
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from pydantic import Field, field_validator, model_validator
 
-from matter.case import material, quantity
+from matter.case import quantity
+from matter.case.block_tables import Blocks
+from matter.case.identity_fields import IdentityIfSet
+from matter.case.model import Model, known_material
 from matter.case.quantity import Acceleration, Angle, Length, PositiveLength, PositiveMass, PositiveSpeed, PositiveTime
 from matter.errors import InputError
 from matter.solids.placed import Placed, of_axes, of_file
@@ -24,22 +27,6 @@ FLAT = ("half_space", "half_sphere", "block")
 SITE = ("latitude", "longitude", "azimuth", "arrival", "spin_period", "companion")
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
-
-
-def known_material(name: str) -> str:
-    """Validator of a material name; raises ``ValueError`` with the nearest known name."""
-    try:
-        material.load(name)
-    except InputError as reason:
-        raise ValueError(str(reason)) from None
-    return name
-
-
-class Model(BaseModel):
-    """Base of every settings model: frozen, unknown keys refused; the text under a field is its description
-    (``run_case --describe``)."""
-
-    model_config = ConfigDict(frozen=True, extra="forbid", use_attribute_docstrings=True)
 
 
 class Layer(Model):
@@ -105,6 +92,8 @@ class Target(Model):
     """Uniform gravity towards -z; flat ground only."""
     self_gravity: bool | None = None
     """Whether the target attracts itself; by default a sphere does and flat ground does not."""
+    blocks: Annotated[tuple[Blocks, ...], Field(max_length=1), IdentityIfSet()] = ()
+    """Blocks in flat ground, an ellipsoid or a mesh, ``[[target.blocks]]``; one population so far. None by default."""
 
     @model_validator(mode="before")
     @classmethod
@@ -143,9 +132,19 @@ class Target(Model):
             )
         if self.width is not None and (not self.flat or self.shape == "half_sphere"):
             raise ValueError(f"width: a {self.shape} is as wide as its layers make it")
-        if fault := self._fault_of_solid():
+        if fault := self._fault_of_solid() or self._fault_of_blocks():
             raise ValueError(fault)
         return self
+
+    def _fault_of_blocks(self) -> str:
+        """What keeps this target from holding blocks."""
+        if not self.blocks:
+            return ""
+        if self.shape == "sphere":
+            return 'blocks: of flat ground, an ellipsoid or a mesh; a ball is shape = "ellipsoid" with equal axes'
+        if len(self.layers) > 1:
+            return "blocks: of a target of one layer"
+        return ""
 
     def _fault_of_solid(self) -> str:
         """What keeps an ellipsoid or mesh from being one, or gives its keys to another shape."""
@@ -242,6 +241,11 @@ class Target(Model):
     def materials(self) -> tuple[str, ...]:
         """Distinct materials, in order of first use from the centre."""
         return tuple(dict.fromkeys(layer.material for layer in self.layers))
+
+    @property
+    def block_materials(self) -> tuple[str, ...]:
+        """Materials of the blocks."""
+        return tuple(dict.fromkeys(table.material for table in self.blocks))
 
 
 class Part(Model):

@@ -37,6 +37,12 @@ def following(model: type[BaseModel]) -> list[tuple[str, ...]]:
     return paths
 
 
+@dataclass(frozen=True)
+class IdentityIfSet:
+    """Marks a setting that enters the identity only where it is not at its default: a case without it keeps the
+    identity that it had before there was such a setting."""
+
+
 def identity_fields(value: Any) -> Any:
     """The settings that decide a result, as plain JSON: without fields marked ``NotIdentity``, quantities as SI
     numbers.
@@ -62,6 +68,8 @@ def _of_model(model: BaseModel) -> dict[str, Any]:
     for name, entry in type(model).model_fields.items():
         mark = next((item for item in entry.metadata if isinstance(item, NotIdentity)), None)
         value = getattr(model, name)
+        if value == entry.default and any(isinstance(item, IdentityIfSet) for item in entry.metadata):
+            continue
         if mark is None:
             keys[name] = identity_fields(value)
         elif mark.but and value is not None:
