@@ -92,7 +92,7 @@ def test_a_kernel_that_is_compiled_is_told_once_and_one_that_is_there_is_not():
 def test_the_pages_for_a_newcomer_give_one_set_of_numbers():
     """README, the first run, its page and its result: what came out and what is expected are the same everywhere."""
     expected = tomllib.loads((CASE / "expected.toml").read_text())["case"]["final"]
-    parts = ("measuring", "draws", "handoff", "size")
+    parts = ("measuring", "draws", "handoff", "alpha", "size")
     number = {}
     for key in ("diameter_apparent_m", "depth_m"):
         row = {name: float(text.split()[0]) for name, text in expected[key].items() if name in ("value", *parts)}
