@@ -65,7 +65,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
     """
     X, V, W, A, F, held, start = sample
     period, clock, slab, gravity = frame
-    rate, pressure, drag, dt, _ = drive
+    rate, pressure, drag, dt = drive
     n = X.shape[0]
     stress = np.zeros(4)
     worst = 0.0

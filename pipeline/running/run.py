@@ -85,15 +85,17 @@ def _to_do(request: Request) -> list[str]:
 
 
 def _show_earlier(request: Request, settings: dict[str, Model], journal: Journal) -> None:
-    """Take from the store the stages before the first wanted one that a new run folder lacks and that are read. Raises
-    ``InputError`` where the store lacks them too."""
+    """Take from the store the stages before the first wanted one that a new run folder lacks and that are read; what
+    would come before a result from elsewhere is not asked for. Raises ``InputError`` where the store lacks them too."""
     run_folder, missing, read = request.run_folder, list[str](), set[str]()
     for stage in reversed(stages.ORDER):  # what is read, and what that was made of
         if stage in request.wanted or stage in read:
             read |= {file.partition("/")[0] for file in stages.READS[stage]}
-    for stage in stages.ORDER[: stages.ORDER.index(request.wanted[0])]:
+    before = stages.ORDER[: stages.ORDER.index(request.wanted[0])]
+    given = [stages.ORDER.index(stage) + 1 for stage in before if stage in request.case.outside]
+    for stage in before[max(given, default=0) :]:
         mine = stages.folder(run_folder, stage)
-        if stage not in read & set(request.case.stages) or stage in request.case.outside or mine.exists():
+        if stage not in read & set(request.case.stages) or mine.exists():
             continue
         if missing:
             missing.append(mine.name)

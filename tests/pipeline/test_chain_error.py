@@ -34,7 +34,7 @@ def test_the_variance_of_one_run_is_found_from_draws_that_share_shock_stages():
     within."""
     rng = np.random.default_rng(5)
     for groups in ((1, 1, 2, 2, 3, 3, 4, 4), (1, 1, 1, 2, 2, 3), (1, 2, 3, 4, 5)):
-        shock, bed = rng.normal(0.0, 4.0, (20_000, 9)), rng.normal(0.0, 3.0, (20_000, len(groups)))
+        shock, bed = rng.normal(0.0, 4.0, (5_000, 9)), rng.normal(0.0, 3.0, (5_000, len(groups)))
         found = np.array(
             [chain_error.variance(one[list(groups)] + other, groups) for one, other in zip(shock, bed, strict=True)]
         )

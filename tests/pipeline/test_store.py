@@ -127,9 +127,6 @@ def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
     [
         "dem.ranks=4",
         "handoff.pictures=false",
-        "handoff.particles=7",
-        "dem.grains=9",
-        "crater.particles=3",
         "case.title=x",
         "crater.reference.0.note=x",
     ],

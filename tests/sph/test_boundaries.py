@@ -224,7 +224,7 @@ def test_a_fixed_rim_carries_weight_and_stays():
     assert np.abs(c.velocity).max() < 0.01
 
 
-MACHINERY = {"dispatch", "edge", "images", "outside", "sides_and_floor"}
+MACHINERY = {"dispatch", "edge", "images", "external_budget", "sides_and_floor"}
 """Files of the folder that are no boundary."""
 
 
