@@ -85,8 +85,9 @@ def _to_do(request: Request) -> list[str]:
 
 
 def _show_earlier(request: Request, settings: dict[str, Model], journal: Journal) -> None:
-    """Take from the store the stages before the first wanted one that a new run folder lacks and that are read; what
-    would come before a result from elsewhere is not asked for. Raises ``InputError`` where the store lacks them too."""
+    """Take from the store the stages before the first wanted one that a new run folder lacks and that are read. What
+    would come before a result from elsewhere is not asked for. Raises ``InputError`` where the store lacks them
+    too."""
     run_folder, missing, read = request.run_folder, list[str](), set[str]()
     for stage in reversed(stages.ORDER):  # what is read, and what that was made of
         if stage in request.wanted or stage in read:
