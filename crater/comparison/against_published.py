@@ -41,6 +41,8 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
     """Diameters by every law, the range of those that are usual for the ground, final diameters and the time of
     formation."""
     event, laws = findings.setting.event, scaling.GROUNDS[findings.settings.ground]
+    icy = findings.settings.target.layers[-1].material.startswith("ice")
+    complex_above = scaling.simple_to_complex(event.gravity, icy)
     sizes = scaling.diameters(event)
     usual = [sizes[name] for name in laws]
     volume = scaling.holsapple_volume(event, *scaling.VOLUMES[findings.settings.ground])
@@ -48,7 +50,7 @@ def _by_scaling(findings: Findings) -> dict[str, Any]:
         "diameter_m": sizes,
         "range_m": [min(usual), max(usual)],
         "range_of": list(laws),
-        "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name]) for name in laws},
+        "final_rim_diameter_m": {name: scaling.final_from_transient(sizes[name], complex_above) for name in laws},
         "formation_time_s": scaling.formation_time(volume, event.gravity),
     }
 

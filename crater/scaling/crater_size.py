@@ -219,11 +219,19 @@ def diameters(event: ImpactEvent) -> dict[str, float]:
     return {name: law(event) for name, law in LAWS.items()}
 
 
-def final_from_transient(transient: float, simple_to_complex: float = 2500.0) -> float:
+def simple_to_complex(gravity: float, icy: bool) -> float:
+    """Diameter D_sc [m] from which craters are complex, inverse to ``gravity`` [m/s^2] (Pike 1988): in rock 3.2 km on
+    Earth (Collins et al. 2005), 19 km on the Moon; in ice 2.5 km on Callisto (Schenk 2002). Infinite without
+    weight."""
+    if gravity <= 0.0:
+        return math.inf
+    return (2500.0 * 1.236 if icy else 3200.0 * 9.81) / gravity
+
+
+def final_from_transient(transient: float, simple_to_complex: float) -> float:
     """Final rim diameter D_f = 1.17 D_t^1.13 / D_sc^0.13 of a complex crater [m]; below D_sc the simple 1.25 D_t.
 
-    McKinnon & Schenk 1985; Collins et al. 2005, eq. 27. ``simple_to_complex`` is D_sc (2.5 km on Ganymede and
-    Callisto, Schenk 2002).
+    McKinnon & Schenk 1985; Collins et al. 2005, eq. 27. ``simple_to_complex`` is D_sc [m].
     """
     if 1.25 * transient < simple_to_complex:
         return 1.25 * transient

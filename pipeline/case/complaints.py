@@ -151,7 +151,7 @@ FORMER = {
     "damped_layers": "it is 3 mean grain diameters",
     "residual_speed": "it is 0.001",
     "rise_limit_over_diameter": "it is 0.15",
-    "simple_to_complex": "it is 2.5 km",
+    "simple_to_complex": "it follows from gravity and from whether the ground is ice",
     "crush_table": "the curves are quadratic and two_power",
     "every": "every snapshot is measured",
     "sectors": "there are 24",

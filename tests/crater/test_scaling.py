@@ -102,8 +102,12 @@ def test_sci_on_ryugu_in_dry_sand(gravity, density, diameter):
 
 
 def test_complex_enlargement_and_times():
-    assert crater_size.final_from_transient(350e3) / 1e3 == pytest.approx(780, rel=0.01)
-    assert crater_size.final_from_transient(1000.0) == 1250.0
+    callisto = crater_size.simple_to_complex(1.236, icy=True)
+    assert crater_size.final_from_transient(350e3, callisto) / 1e3 == pytest.approx(780, rel=0.01)
+    assert crater_size.final_from_transient(1000.0, callisto) == 1250.0
+    moon = crater_size.simple_to_complex(1.62, icy=False)
+    assert 15e3 < moon < 20e3 and crater_size.final_from_transient(10e3, moon) == 12.5e3  # Pike 1988: simple
+    assert crater_size.simple_to_complex(1.43, icy=True) == pytest.approx(2.1e3, abs=0.2e3)  # Ganymede, V22
     assert formulas.collapse_time(980e3, 1.236) / 60 == pytest.approx(14.84, rel=0.002)
     volume = crater_size.holsapple_volume(
         crater_size.ImpactEvent(53.9e3, 18234.0, math.radians(40.0), 1.236, 917.0, 917.0), 0.98, 0.55
