@@ -49,4 +49,5 @@ def options(tree):
 @pytest.mark.parametrize("path", SCRIPTS, ids=lambda path: str(path.relative_to(ROOT)))
 def test_every_option_that_is_read_is_there(path):
     has, read = options(ast.parse(path.read_text()))
-    assert has and not read - has, f"read, but no option: {', '.join(sorted(read - has))}"
+    assert not read - has, f"read, but no option: {', '.join(sorted(read - has))}"
+    assert has or path.name == "validation_table.py"  # which says what it does, and takes none
