@@ -43,18 +43,22 @@ def particles(
         **({"plastic_strain": c.plastic_strain} if len(c.plastic_strain) else {}),
         **temperature.fields(c.material, i.rows, i.forces.evaluated.distention * c.density, c.specific_energy),
     }  # fmt: skip
+    names = list(dict.fromkeys(i.materials.names))  # variants of the ground between blocks are one material
+    fields["material"] = np.array([names.index(name) for name in i.materials.names])[c.material]
+    if len(c.block):
+        fields["block"] = c.block
     order = np.argsort(c.identity)
     attributes = {
         "time": i.time,
         "stage": "sph",
         "frame": settings.target.frame,
-        "materials": list(i.materials.names),
+        "materials": names,
         "layers": [layer.name for layer in settings.target.layers],
         **({"target_depth_m": -bottom} if settings.target.flat else {"target_radius_m": radius}),
         "spacing_at_impact_m": settings.spacing_at_impact,
         **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
-        "shear_moduli_Pa": i.rows.shear.tolist(),
-        "reference_densities_kg_m3": i.rows.rho0.tolist(),
+        "shear_moduli_Pa": i.rows.shear[: len(names)].tolist(),
+        "reference_densities_kg_m3": i.rows.rho0[: len(names)].tolist(),
         **({"release": phases} if (phases := release_phases.phase_thresholds(i.materials)) else {}),
     }
     part = Particles({name: array[order] for name, array in fields.items()}, attributes)

@@ -17,9 +17,10 @@ from typing import NamedTuple
 import numba
 import numpy as np
 
+from matter.blocks import placing
 from matter.constants import G
 from matter.wording import readable
-from sph.bodies import projectile, seeding, symmetry
+from sph.bodies import projectile, rubble, seeding, symmetry
 from sph.damage import grady_kipp
 from sph.planning import durations, ground_strength, resolution
 from sph.settings import Settings
@@ -211,4 +212,6 @@ def explain(settings: Settings) -> list[str]:
         + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
         + f": the step follows from {_limit(settings).what}",
     ]
+    if (found := placing.of_target(target)) is not None:
+        lines.append(rubble.worded(found, settings.chosen_materials(), target, zones))
     return lines

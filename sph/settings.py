@@ -6,12 +6,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import Field, create_model, model_validator
 
+from matter.blocks import placing
 from matter.case.body import Impact, Target
 from matter.case.identity_fields import NotIdentity
 from matter.case.quantity import PositiveLength, PositiveTime, Time
 from matter.compilation.law_family import keys
 from matter.errors import InputError
-from sph.bodies import projectile
+from sph.bodies import projectile, rubble
 from sph.bodies import symmetry as symmetries
 from sph.bodies import target as bodies
 from sph.boundary import dispatch as boundaries
@@ -157,9 +158,11 @@ class Settings(_Keys):
             raise ValueError("late.viscosity_at must be before end_time")
         if fault := symmetries.fault(self.symmetry, self.target, self.impact) or sides_and_floor.fault(self):
             raise ValueError(fault)
-        if self.target.blocks:
-            raise ValueError("target.blocks: the shock stage holds no blocks yet")
         materials, ball = self.chosen_materials(), self.impact.projectile
+        if self.target.blocks and (fault := rubble.fault(self.target, ball, self.symmetry, self.conducts)):
+            raise ValueError(fault)
+        if (found := placing.of_target(self.target)) is not None:
+            rubble.matrix_density(materials, self.target.layers[0].material, found)
         if ball.parts and self.projectile_particles is not None:
             raise ValueError(
                 "projectile_particles: the particles of a projectile of parts are as far apart as the target's at the "

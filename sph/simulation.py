@@ -14,13 +14,14 @@ from typing import Any
 import numpy as np
 
 from matter import progress
+from matter.blocks import block_file, placing
 from matter.cadence import Cadence
 from matter.files import checkpoint, snapshot
 from matter.particles import Particles
 from matter.wording import readable
 from sph import cloud_snapshot, cost_prediction
 from sph.bodies import ground as grounds
-from sph.bodies import projectile, seeding, solid_target, symmetry
+from sph.bodies import projectile, rubble, seeding, solid_target, symmetry
 from sph.bodies import target as bodies
 from sph.bodies.particle_cloud import Cloud
 from sph.boundary.edge import Edge
@@ -39,7 +40,8 @@ class Simulation:
 
     def __init__(self, settings: Settings, out: Path):
         self.settings, self.out, self.impact = settings, out, settings.impact
-        names = tuple(dict.fromkeys([*settings.target.materials, *self.impact.projectile.materials]))
+        target, ball = settings.target, self.impact.projectile
+        names = tuple(dict.fromkeys([*target.materials, *ball.materials, *target.block_materials]))
         self.materials = material_rows.collect(names, settings.materials)
         self.column: bodies.Profile | grounds.Ground
         if settings.target.flat:
@@ -50,6 +52,12 @@ class Simulation:
         else:
             self.column = bodies.hydrostatic(settings.target, materials=self.materials)
             self.radius = float(self.column.radius[-1])
+        self.placing = placing.of_target(settings.target)
+        self.rubble: dict[str, Any] = {}
+        if self.placing is not None:
+            self.materials, self.matrix = rubble.with_matrix(
+                self.materials, settings.target.layers[0].material, self.placing
+            )
         self.edge: Edge | None = None
         self.late: list[dict[str, float]] = []
         self.viscosity_reduced = False
@@ -87,11 +95,28 @@ class Simulation:
             body = solid_target.build(s.target, self.materials, s.zones, s.seed)
         else:
             body = bodies.build(s.target, self.column, self.materials, s.zones, s.seed, s.symmetry)
+        body = self._with_blocks(body)
         self.edge = self._edge(body, np.zeros(len(body.mass)), len(body.mass))
         self.integrator = self._integrator(Cloud.from_bodies(body))
         self._enter(self.phase)
         if self.phase == "impact":
             self._add_projectile()
+
+    def _with_blocks(self, body: bodies.Body) -> bodies.Body:
+        """The body with its blocks, where it has any; writes ``blocks.h5``."""
+        target = self.settings.target
+        if self.placing is None:
+            return body
+        zones, site, weight = self.settings.zones, np.array(target.impact_point), None
+        if target.start == "relaxed" and target.weighs:
+            weight = (
+                np.interp(-body.position[:, 2], self.column.middle, self.column.pressure)
+                if isinstance(self.column, grounds.Ground)
+                else solid_target.weight(target, self.materials, body.position, body.mass)
+            )
+        body, self.rubble = rubble.filled(body, self.materials, self.matrix, self.placing, zones, site, weight)
+        block_file.write(block_file.particles(target, self.placing, self.matrix.block), self.out)
+        return body
 
     def _enter(self, phase: str) -> None:
         self.phase = phase
@@ -120,6 +145,7 @@ class Simulation:
                 target.layer[order],
                 target.material[order],
                 target.distention[order],
+                target.block[order] if len(target.block) else -1,
             )
         ]
         del target, order, self.integrator  # its memory is that of the next one
@@ -167,7 +193,7 @@ class Simulation:
         numbers |= {
             "phase": self.phase, "times": json.dumps(self.times), "late": json.dumps(self.late),
             "thinned": self.viscosity_reduced, "flow": json.dumps(self.flow),
-            "individual": json.dumps(self.individual),
+            "individual": json.dumps(self.individual), "rubble": json.dumps(self.rubble),
         }  # fmt: skip
         with self.cadence.writing():
             self.history.write()
@@ -178,7 +204,7 @@ class Simulation:
         self.edge = Edge.restored(checkpoint.Part(arrays, "edge")) if "edge/fixed" in arrays else None
         i = self.integrator = self._integrator(Cloud.restored(checkpoint.Part(arrays, "cloud")))
         i.restore(arrays, scalars)
-        self.times = json.loads(scalars["times"])
+        self.times, self.rubble = json.loads(scalars["times"]), json.loads(scalars["rubble"])
         self.late = json.loads(scalars["late"])
         self.flow, self.individual = json.loads(scalars["flow"]), json.loads(scalars["individual"])
         if self.late:

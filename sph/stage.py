@@ -26,6 +26,9 @@ from sph.settings import Settings
 from sph.simulation import Simulation
 from sph.stepping import sides_and_floor
 
+BLOCK_FILES = ("../matter/blocks/ellipsoids", "../matter/blocks/placing", "../matter/blocks/size_laws")
+"""Files that a target without blocks does not take."""
+
 
 def idle_sources(settings: Settings) -> set[Path]:
     """Law files that this run does not take: its bibliography leaves out what only they cite."""
@@ -36,6 +39,7 @@ def idle_sources(settings: Settings) -> set[Path]:
         "pairs/gradients": settings.gradients == "corrected",
         "pairs/lattice_gradients": settings.gradients == "normalised",
         "pairs/length_terms": settings.length_terms,
+        **dict.fromkeys(BLOCK_FILES, bool(settings.target.blocks)),
         "../matter/geometry/tree": settings.target.attracts, "pairs/conductivity": settings.conductivity > 0.0,
         "viscosity/reconstructed": settings.viscosity == "reconstructed",
         "viscosity/morris_monaghan": settings.viscosity_switch == "morris_monaghan",

@@ -71,7 +71,7 @@ def materials(settings: Iterable[Model]) -> list[str]:
         for name in type(one).model_fields:
             value = getattr(one, name)
             if isinstance(value, Target):
-                names.update(value.materials)
+                names.update([*value.materials, *value.block_materials])
             elif isinstance(value, Impact):
                 names.update(value.projectile.materials)
     return sorted(names)

@@ -177,7 +177,8 @@ class Zones(NamedTuple):
 
 class Body(NamedTuple):
     """Particles of the target or the projectile: position (n, 3), mass, density, h (n,), layer (n,) int (-1
-    projectile), material index, and distention (density of the matrix over that of the particle; 1 is solid)."""
+    projectile), material index, distention (density of the matrix over that of the particle; 1 is solid), and the
+    block (n,) that each belongs to (-1: none)."""
 
     position: np.ndarray
     mass: np.ndarray
@@ -186,6 +187,7 @@ class Body(NamedTuple):
     layer: np.ndarray
     material: np.ndarray
     distention: np.ndarray | float = 1.0
+    block: np.ndarray | int = -1
 
 
 def build(

@@ -9,7 +9,7 @@ import numpy as np
 from sph.bodies import symmetry
 from sph.boundary import dispatch as boundaries
 from sph.boundary.external_budget import COLUMNS
-from sph.outcome import energy_check, escaping
+from sph.outcome import block_fates, energy_check, escaping
 from sph.planning import durations
 from sph.shock_states import impedance
 from sph.simulation import Simulation
@@ -45,6 +45,7 @@ def stage_summary(run: Simulation) -> dict[str, Any]:
             **_resolution(run),
         },
         "expected_growth_s": durations.crater_time(s.target, s.impact, run.materials, s.strength, s.damage),
+        **({"blocks": run.rubble | block_fates.fates(run)} if run.rubble else {}),
         "late": run.late[0] if run.late else None,
         "late_slower": run.late[1:],
         "late_viscosity": {"alpha": i.damping.alpha, "beta": i.damping.beta} if run.viscosity_reduced else None,

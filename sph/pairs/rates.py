@@ -33,7 +33,7 @@ import numpy as np
 from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
 from matter.compilation.jit import fast_min, parallel_kernel, prange
 from sph.kernels import dispatch as kernels
-from sph.pairs import conductivity
+from sph.pairs import block_contact, conductivity
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import (
     ENERGY,
@@ -72,7 +72,7 @@ _BLOCK = 64
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
-    kernel, start_volumes, corrected, switched, reconstructed, conducting = scheme
+    kernel, start_volumes, corrected, switched, reconstructed, conducting, with_blocks = scheme
     extra_rows, extra_width = scheme.extra_rows, scheme.extra_width
 
     @parallel_kernel(fastmath=True)
@@ -112,6 +112,8 @@ def pair_loop(scheme: Scheme):
                     fraction = extra[i, VISCOSITY_FRACTION]
                 if conducting:
                     kind, u_i = extra[i, MATERIAL], extra[i, ENERGY]
+                if with_blocks:
+                    body = extra[i, MATERIAL]
                 if reconstructed:
                     exx, exy, exz = extra[i, SLOPE], extra[i, SLOPE + 1], extra[i, SLOPE + 2]
                     eyy, eyz, ezz = extra[i, SLOPE + 3], extra[i, SLOPE + 4], extra[i, SLOPE + 5]
@@ -167,6 +169,20 @@ def pair_loop(scheme: Scheme):
                     w = V * inv_rho_ref
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
+                    if with_blocks:
+                        along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
+                        along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
+                        cut = block_contact.cut(body, t[MATERIAL, k], along)
+                        heat += (
+                            cut
+                            * w
+                            * (
+                                ux * (txx * gx + txy * gy + txz * gz)
+                                + uy * (txy * gx + tyy * gy + tyz * gz)
+                                + uz * (txz * gx + tyz * gy + tzz * gz)
+                            )
+                        )  # what the velocity gradient below counts of it as work
+                        w *= 1.0 - cut
                     if not corrected:
                         ax += w * (sxx * gx + sxy * gy + sxz * gz) - viscous_term * gx
                         ay += w * (sxy * gx + syy * gy + syz * gz) - viscous_term * gy

@@ -19,7 +19,8 @@ SLOPE = 0
 VISCOSITY_FRACTION = 6
 """Extra row: fraction of the artificial viscosity (``sph.viscosity.switch``)."""
 MATERIAL = 6
-"""Extra row, in the column of ``VISCOSITY_FRACTION``: number of the material (``sph.pairs.conductivity``)."""
+"""Extra row, in the column of ``VISCOSITY_FRACTION``: number of the material (``sph.pairs.conductivity``), of a
+particle in a block that of ``sph.pairs.block_contact``."""
 ENERGY = 7
 """Extra row: specific energy u [J/kg] (``sph.pairs.conductivity``)."""
 TENSOR = 7

@@ -15,7 +15,8 @@ class Scheme(NamedTuple):
 
     kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected :
     ``gradients = "corrected"``; switched : a ``viscosity_switch``;  reconstructed :
-    ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``.
+    ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``; with_blocks : whether there are
+    blocks, which nothing holds to what is not theirs (``sph.pairs.block_contact``).
     """
 
     kernel: int = 0
@@ -24,6 +25,7 @@ class Scheme(NamedTuple):
     switched: bool = False
     reconstructed: bool = False
     conducting: bool = False
+    with_blocks: bool = False
 
     @property
     def extra_rows(self) -> bool:

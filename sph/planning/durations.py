@@ -37,7 +37,8 @@ def chosen(target: Target, impact: Impact, materials: Mapping[str, Choice]) -> M
     for known in _CHOSEN:
         if known[0] is target and known[1] is impact and known[2] is materials:
             return known[3]
-    found = collect(tuple(dict.fromkeys([*target.materials, *impact.projectile.materials])), materials)
+    names = [*target.materials, *impact.projectile.materials, *target.block_materials]
+    found = collect(tuple(dict.fromkeys(names)), materials)
     _CHOSEN.append((target, impact, materials, found))
     return found
 

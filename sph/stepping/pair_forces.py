@@ -11,7 +11,7 @@ from sph.bodies.particle_cloud import Cloud
 from sph.boundary.images import Images
 from sph.materials.rows import Materials
 from sph.materials.rows import Rows as MaterialRows
-from sph.pairs import gradients, length_terms, start_volumes
+from sph.pairs import block_contact, gradients, length_terms, start_volumes
 from sph.pairs import rates as pair_rates
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE, VISCOSITY_FRACTION, VOLUME
 from sph.pairs.scheme import Rows
@@ -36,7 +36,8 @@ class PairForces:
     """
 
     def __init__(self, cloud: Cloud, numerics: Numerics, images: Images | None):
-        self.numerics, self.scheme, self.images = numerics, numerics.scheme, images
+        self.numerics, self.images = numerics, images
+        self.scheme = numerics.scheme._replace(with_blocks=len(cloud.block) > 0)
         self.evaluated = state.Evaluated(len(cloud))
         self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
         self._gradient_scale = numerics.gradient_scale
@@ -68,7 +69,7 @@ class PairForces:
             self._fill_images(cloud, time)
         if self._gradient_scale != 1.0:
             self.evaluated.row[:, VOLUME] *= self._gradient_scale
-        self._fill_extra(cloud, pairs)
+        self._fill_extra(cloud, materials, pairs)
         matter = pair_rates.Matter(
             cloud.material, rows.shear, self.evaluated.strain_ratio, cloud.stress, switches.strength
         )
@@ -107,7 +108,7 @@ class PairForces:
         if self.images is not None:
             self.images.rows(self.evaluated.row, len(cloud), time)
 
-    def _fill_extra(self, cloud: Cloud, pairs) -> None:
+    def _fill_extra(self, cloud: Cloud, materials: Materials, pairs) -> None:
         """The extra rows that some schemes read, images included."""
         if not self.scheme.extra_rows:
             return
@@ -121,6 +122,9 @@ class PairForces:
         if self.scheme.conducting:
             self._extra[:n, MATERIAL] = cloud.material
             self._extra[:n, ENERGY] = cloud.specific_energy
+        if self.scheme.with_blocks:
+            kind = np.array([materials.names.index(name) for name in materials.names])[cloud.material]
+            self._extra[:n, MATERIAL] = block_contact.bodies(kind, cloud.block)
         if self.scheme.corrected:
             gradients.correct(self.scheme, self.rows(cloud), pairs)
         if self.images is not None:
