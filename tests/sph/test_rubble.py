@@ -66,7 +66,10 @@ def test_the_mass_of_the_target_does_not_go_by_its_blocks(zones, solid):
     rest = materials.bulk_density[materials.index("gabbro")]
     assert facts["block_mass_kg"] == pytest.approx(rest * found.volume[own].sum(), rel=1e-12)
     # single blocks scatter by 3 % at 6 spacings; all of them are off by less (a lattice has a bias of its own)
-    assert facts["volume_in_particles_over_listed"] == pytest.approx(1.0, abs=0.02)
+    if solid and zones == GRADED:  # the ellipsoid's blocks lie far from its site, where none is resolved
+        assert not own.any() and facts["volume_in_particles_over_listed"] is None
+    else:
+        assert facts["volume_in_particles_over_listed"] == pytest.approx(1.0, abs=0.02)
     assert (body.position == plain.position).all() and (body.h == plain.h).all()
 
 
