@@ -65,8 +65,7 @@ def normal(law: ModuleType, axes: Any) -> str:
     stiff = f"k_n = {BODIES.stiffness:g} N/m" if law.LINEAR else f"E = {MODULUS:g} Pa, nu = 0.25"
     return (
         f"Left: two grains of 1 kg and 0.5 m meet at 1 m/s, with three coefficients of restitution ({stiff}). Right: "
-        "the restitution that comes out at any speed, with the pull at the end of the contact kept and clipped; "
-        "dotted: what was asked for."
+        "the restitution that comes out at any speed; dotted: what was asked for."
     )
 
 
