@@ -48,24 +48,6 @@ def quantile(table: Blocks) -> Callable[[np.ndarray], np.ndarray]:
     return lambda u: scale * (-np.log(last + u * (first - last))) ** (1.0 / shape)
 
 
-def fraction_above(table: Blocks, diameter: np.ndarray) -> np.ndarray:
-    """N(>D) (n,) of the law at these diameters (n,) [m] between ``smallest`` and ``largest``."""
-    assert table.smallest is not None and table.largest is not None
-    if table.law == "power_law":
-        assert table.index is not None
-
-        def w(D):
-            return (D / table.smallest) ** -table.index
-    else:
-        assert table.scale is not None and table.shape is not None
-
-        def w(D):
-            return np.exp(-((D / table.scale) ** table.shape))
-
-    end = w(table.largest)
-    return (w(np.asarray(diameter)) - end) / (w(table.smallest) - end)
-
-
 def drawn(table: Blocks, volume: float, rng: np.random.Generator) -> np.ndarray:
     """Diameters (n,) [m], falling, of blocks of this ``volume`` [m^3] together, to half the smallest block.
 

@@ -40,9 +40,19 @@ def test_drawn_sizes_follow_the_law(table):
     for seed in range(20):
         sizes = _numbers(law, 3000.0, seed)
         assert law.smallest <= sizes.min() and sizes.max() <= law.largest
-        found.append(stats.kstest(size_laws.fraction_above(law, sizes), "uniform").pvalue)
+        found.append(stats.kstest(fraction_above(law, sizes), "uniform").pvalue)
     assert sum(p < 0.01 for p in found) <= 1
     assert stats.kstest(found, "uniform").pvalue > 0.01
+
+
+def fraction_above(law, diameter):
+    """N(>D) of a law that is cut at its smallest and largest."""
+
+    def whole(D):
+        return D**-law.index if law.law == "power_law" else np.exp(-((D / law.scale) ** law.shape))
+
+    least, most = whole(law.smallest), whole(law.largest)
+    return (whole(diameter) - most) / (least - most)
 
 
 def test_the_index_of_a_power_law_is_found_again():
