@@ -23,10 +23,15 @@ from matter.wording import readable
 FLOOR, RIM = 0.5, (1.0, 1.6)
 """In cavity radii: how far the floor goes, and from where to where the rim."""
 NEARLY_ALL = 0.99
-"""Part of a surface that lies within the partial Hausdorff distance of the other (Huttenlocher et al. 1993, IEEE PAMI
-15, 850, eq. 6). The plain distance is that of the one worst grain among thousands: another draw of the bed moves it by
-a quarter of a radius."""
+"""Part of a surface's area that lies within the partial Hausdorff distance of the other (Huttenlocher et al. 1993,
+IEEE PAMI 15, 850, eq. 6). The plain distance is that of the one worst grain among thousands: another draw of the bed
+moves it by a quarter of a radius."""
 _CALIBRATION = 60_000
+
+
+def nearly_all(distance: np.ndarray, area: np.ndarray) -> float:
+    """Distance [m] within which ``NEARLY_ALL`` of the area lies."""
+    return float(np.quantile(distance, NEARLY_ALL, weights=area, method="inverted_cdf"))
 
 
 def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray], np.ndarray], wider: np.ndarray):
@@ -69,16 +74,16 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
     wider |= isinstance(region, WholeBody)
     try:
         mesh = grain_surface(handoff, bed, chosen, wider)
-        there, back = compare_clouds.surface_distance(handoff.carving.solid.mesh, mesh, chosen)
+        there, there_area, back, back_area = compare_clouds.surface_distance(handoff.carving.solid.mesh, mesh, chosen)
     except InputError as reason:
         ledger.skip("cavity_hausdorff_over_r", "not_measured", str(reason))
     else:
-        both = np.r_[there, back] / radius
+        both, area = np.r_[there, back] / radius, np.r_[there_area, back_area]
         ledger.measure(
             "cavity_hausdorff_over_r",
-            max(np.quantile(there, NEARLY_ALL), np.quantile(back, NEARLY_ALL)) / radius,
-            f"partial Hausdorff distance ({NEARLY_ALL:.0%} of either surface); rms {np.sqrt(np.mean(both**2)):.3f}, "
-            f"largest {both.max():.3f}",
+            max(nearly_all(there, there_area), nearly_all(back, back_area)) / radius,
+            f"partial Hausdorff distance ({NEARLY_ALL:.0%} of the area of either surface); rms "
+            f"{np.sqrt(np.average(both**2, weights=area)):.3f}, largest {both.max():.3f}",
         )
     spacing = float(np.cbrt(handoff.carving.volume[handoff.carving.stays & wider].mean()))
     cut = (spacing, size.radius, size.depth, size.volume)
