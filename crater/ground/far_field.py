@@ -120,40 +120,53 @@ def _cells(ground: Relief, rings: np.ndarray) -> _Ground:
     return _Ground(s[good], a[good], cells[good], w[good], group[good], scale)
 
 
-class _Fit(NamedTuple):
-    """Parameters of the datum, their ``covariance`` (the sandwich over groups), the weighted sum of ``squares``, and
-    how much the grouping ``widens`` the first parameter's variance."""
+class _Fits(NamedTuple):
+    """Of several fits of one datum: its parameters ``datum`` (f, n), their ``covariance`` (f, n, n) (the sandwich over
+    groups), the weighted sums of ``squares`` (f,), and how much the grouping ``widens`` the first parameter's variance
+    (f,)."""
 
     datum: np.ndarray
     covariance: np.ndarray
-    squares: float
-    widens: float
+    squares: np.ndarray
+    widens: np.ndarray
 
 
-def _robust(datum: np.ndarray, falls: np.ndarray, cells: _Ground, turns: int = 12) -> _Fit:
-    """Least squares of the columns of ``datum`` and, with coefficients that are not negative, of ``falls``; soft_l1
-    loss beyond ``scale`` by reweighting."""
-    n, basis, k = datum.shape[1], np.column_stack([datum, falls]), cells.w**2
+_RCOND = 1e-13
+
+
+def _not_negative(normal: np.ndarray, right: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
+    """Coefficients (f, b) of the normal equations of each fit, those from the ``n``-th on not negative: the most
+    negative one is left out until none is. And the inverse (f, b, b) of what was kept, zero elsewhere."""
+    size, keep = np.sqrt(np.diagonal(normal, axis1=1, axis2=2)), np.ones(right.shape, dtype=bool)
+    while True:
+        inverse = np.linalg.pinv(normal * keep[:, :, None] * keep[:, None, :], rcond=_RCOND, hermitian=True)
+        coefficients = np.einsum("fbc,fc->fb", inverse, right * keep) * keep
+        negative = np.where(np.arange(right.shape[1]) >= n, coefficients * size, 0.0)
+        wrong = np.flatnonzero(negative.min(axis=1) < 0.0)
+        if not len(wrong):
+            return coefficients, inverse
+        keep[wrong, np.argmin(negative[wrong], axis=1)] = False
+
+
+def _robust(datum: np.ndarray, falls: np.ndarray, cells: _Ground, turns: int = 12) -> _Fits:
+    """Least squares of the columns of ``datum`` (c, n) and, with coefficients that are not negative, of ``falls``
+    (f, c, m), a fit for each; soft_l1 loss beyond ``scale`` by reweighting."""
+    n = datum.shape[1]
+    basis = np.concatenate([np.broadcast_to(datum, (len(falls), *datum.shape)), falls], axis=2)
+    k = np.broadcast_to(cells.w**2, basis.shape[:2])
     for _ in range(turns):
-        weighted = basis * k[:, None]
-        normal, right = weighted.T @ basis, weighted.T @ cells.h
-        keep = np.arange(basis.shape[1])
-        while True:
-            coefficients = np.linalg.lstsq(normal[np.ix_(keep, keep)], right[keep], rcond=1e-13)[0]
-            negative = np.where(keep >= n, coefficients * np.sqrt(np.diag(normal)[keep]), 0.0)
-            if negative.min() >= 0.0:
-                break
-            keep = np.delete(keep, int(np.argmin(negative)))
-        left = cells.h - basis[:, keep] @ coefficients
+        weighted = np.swapaxes(basis * k[:, :, None], 1, 2)
+        coefficients, inverse = _not_negative(weighted @ basis, weighted @ cells.h, n)
+        left = cells.h - np.einsum("fcb,fb->fc", basis, coefficients)
         k = cells.w**2 / np.sqrt(1.0 + (cells.w * left / cells.scale) ** 2)
-    inverse = np.linalg.pinv(normal[np.ix_(keep, keep)], rcond=1e-13, hermitian=True)
-    scores = basis[:, keep] * (k * left)[:, None]
-    grouped = np.stack([scores[cells.group == g].sum(axis=0) for g in np.unique(cells.group)])
-    many = len(grouped) / max(len(grouped) - 1, 1)
-    covariance = many * inverse @ (grouped.T @ grouped) @ inverse
-    alone = inverse @ (scores.T @ scores) @ inverse
-    widens = float(max(1.0, covariance[0, 0] / max(alone[0, 0], 1e-300)))
-    return _Fit(coefficients[:n], covariance[:n, :n], float(np.sum(k * left**2)), widens)
+    scores = basis * (k * left)[:, :, None]
+    group = np.unique(cells.group, return_inverse=True)[1]
+    grouped = (group == np.arange(group.max() + 1)[:, None]).astype(float) @ scores
+    many = grouped.shape[1] / max(grouped.shape[1] - 1, 1)
+    covariance = many * inverse @ (np.swapaxes(grouped, 1, 2) @ grouped) @ inverse
+    alone = inverse @ (np.swapaxes(scores, 1, 2) @ scores) @ inverse
+    widens = np.maximum(1.0, covariance[:, 0, 0] / np.maximum(alone[:, 0, 0], 1e-300))
+    return _Fits(coefficients[:, :n], covariance[:, :n, :n], np.sum(k * left**2, axis=1), widens)
 
 
 def _datum_basis(datum: Datum, cells: _Ground, centre_free: bool, radius_free: bool) -> np.ndarray:
@@ -198,21 +211,19 @@ def _joint(basis: np.ndarray, cells: _Ground, inner: float | None) -> tuple[np.n
     covariance, however well either fits.
     """
     if inner is None:
-        bare = _robust(basis, np.empty((len(basis), 0)), cells)
-        return bare.datum, bare.covariance
-    kinds = [[_robust(basis, cover, cells) for cover in kind] for kind in _covers(cells.s / inner)]
-    fits = [fit for kind in kinds for fit in kind]
-    squares = np.array([fit.squares for fit in fits])
-    best = fits[int(np.argmin(squares))]
-    variance = best.squares / len(cells.h) * max(best.widens, RINGS_SHARE)
-    prior = np.concatenate([np.full(len(kind), part / len(kind)) for part, kind in zip(PRIOR, kinds)])
+        bare = _robust(basis, np.empty((1, len(basis), 0)), cells)
+        return bare.datum[0], bare.covariance[0]
+    kinds = [_robust(basis, np.array(kind), cells) for kind in _covers(cells.s / inner)]
+    points, covariance, squares, widens = (np.concatenate(parts) for parts in zip(*kinds))
+    best, many = int(np.argmin(squares)), [len(kind.squares) for kind in kinds]
+    variance = squares[best] / len(cells.h) * max(widens[best], RINGS_SHARE)
+    prior = np.concatenate([np.full(number, part / number) for part, number in zip(PRIOR, many)])
     weight = prior * np.exp(-0.5 * (squares - squares.min()) / variance)
     weight /= weight.sum()
-    points = np.array([fit.datum for fit in fits])
     mean = weight @ points
     deviation = points - mean
-    within = np.einsum("p,pij->ij", weight, np.array([fit.covariance for fit in fits]))
-    rim, blanket = slice(0, len(kinds[0])), slice(len(kinds[0]), len(kinds[0]) + len(kinds[1]))
+    within = np.einsum("p,pij->ij", weight, covariance)
+    rim, blanket = slice(0, many[0]), slice(many[0], many[0] + many[1])
     half = 0.5 * (_mean(points[rim], squares[rim], variance) - _mean(points[blanket], squares[blanket], variance))
     return mean, within + (deviation * weight[:, None]).T @ deviation + np.outer(half, half)
 
