@@ -139,18 +139,18 @@ material = "basalt"
 thickness = "10 m"
 {blocks}
 [impact]
-speed = "2 km/s"
+speed = "500 m/s"
 angle_from_vertical = "0 deg"
-expected_transient_diameter = "6 m"
+expected_transient_diameter = "4 m"
 [impact.projectile]
 material = "copper"
-radius = "5 cm"
+radius = "10 cm"
 [sph]
 spacing_at_impact = "40 cm"
-spacing_far = "80 cm"
+spacing_far = "1 m"
 fine_radius = "2 m"
-end_time = "2 ms"
-snapshot_interval = "1 ms"
+end_time = "0.6 ms"
+snapshot_interval = "0.3 ms"
 [sph.materials.basalt]
 strength = "drucker_prager"
 predamaged = true
