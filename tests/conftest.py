@@ -16,6 +16,9 @@ LONGEST = (
 )  # fmt: skip
 """Forty seconds and more, kernels to be compiled included, the longest first."""
 
+# files of tests need not survive a loss of power; processes that are killed lose nothing by it
+os.fsync = lambda handle: None
+
 os.environ.setdefault("NUMBA_NUM_THREADS", "1")
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("PYVISTA_OFF_SCREEN", "true")

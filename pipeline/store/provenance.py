@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import importlib.metadata
 import importlib.util
@@ -18,6 +19,7 @@ DISTRIBUTION = "bolide"
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy", "h5py", "trimesh", "pyvista", "vtk", "pydantic", "pint", "tbb")
 
 
+@functools.cache
 def version(distribution: str = DISTRIBUTION) -> str:
     """Version of an installed distribution, ``"unknown"`` when it is not installed; of this project, run from a
     checkout, that of the checkout."""

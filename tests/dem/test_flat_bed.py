@@ -77,7 +77,7 @@ def random_bed(tmp_path_factory):
 def test_a_bed_does_without_its_picture(tmp_path, monkeypatch):
     """Where matplotlib is missing a flat one ended in a traceback. All beds leave their files by one function."""
     monkeypatch.setattr(drawing, "has", lambda library="matplotlib": False)
-    settled(tmp_path, count=400, arc_radius=9.0)
+    settled(tmp_path, count=200, arc_radius=9.0)
     assert (tmp_path / "3_bed" / "bed.vtkhdf").exists() and not (tmp_path / "3_bed" / "bed.png").exists()
 
 

@@ -36,7 +36,12 @@ def made_of(flat_bed, carved_once):
     return cache(lambda name: flows.handed(name, 10.0, flat_bed))
 
 
-@pytest.fixture(scope="module", params=list(FIELDS))
+SLOW = ("shear", "expansion")  # linear as a rotation is
+
+
+@pytest.fixture(
+    scope="module", params=[pytest.param(name, marks=[pytest.mark.validation] * (name in SLOW)) for name in FIELDS]
+)
 def handed(request, made_of):
     return request.param, FIELDS[request.param], *made_of(request.param)
 

@@ -69,7 +69,9 @@ def check_particles(name: str, count: int, limit: float) -> None:
     assert (np.std(volume) / volume.mean()) < 0.1  # evenly spread, up to the surface
 
 
-@pytest.mark.parametrize("name", ["ellipsoid", "cube", "dumbbell"])
+@pytest.mark.parametrize(
+    "name", ["cube", *(pytest.param(name, marks=pytest.mark.validation) for name in ("ellipsoid", "dumbbell"))]
+)
 def test_particles_fill_a_body(name):
     check_particles(name, 3_000, 5e-3)
 
@@ -80,7 +82,7 @@ def test_a_hundred_thousand_particles_fill_a_body(name):
     check_particles(name, 100_000, 1e-3)
 
 
-@pytest.mark.parametrize("name", ["cube", "dumbbell", "ring"])
+@pytest.mark.parametrize("name", ["cube", pytest.param("dumbbell", marks=pytest.mark.validation), "ring"])
 def test_depths_are_the_distance_to_the_nearest_triangle(name):
     body = made(BODIES[name]())
     grid = distance.measured(body, 48)

@@ -181,7 +181,12 @@ def test_two_layers_a_thickness_and_a_latitude_beyond_the_pole_are_refused(folde
             (20, 200, 300, 300),
             marks=pytest.mark.validation,
         ),
-        ([177.0, 174.0, 116.0], Zones(0.25, 1.0, 0.75, 5.0, 20.0, 0.3), (200, 500, 200, 30)),
+        pytest.param(
+            [177.0, 174.0, 116.0],
+            Zones(0.25, 1.0, 0.75, 5.0, 20.0, 0.3),
+            (200, 500, 200, 30),
+            marks=pytest.mark.validation,
+        ),
     ],
     ids=["kilometre", "dimorphos"],
 )
