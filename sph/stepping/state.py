@@ -79,7 +79,8 @@ class Pores(NamedTuple):
 
 class Late(NamedTuple):
     """The linear media of the late stage (``sph.stepping.late``): ``density`` (n,) without pressure [kg/m^3], ``c2``
-    (m,) squared sound speeds [m^2/s^2]."""
+    (m,) squared sound speeds [m^2/s^2]; both empty before it begins (None would be another type, and the loop
+    compiled twice)."""
 
     density: np.ndarray
     c2: np.ndarray
@@ -109,8 +110,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
     strength, damage, crushing = physics.strength, physics.damage, physics.crushing
     if pores is not None:
         present_distention, strain_ratio = pores.distention, pores.strain_ratio
-    if late is not None:
-        late_density, late_c2 = late.density, late.c2
+    late_density, late_c2, linear = late.density, late.c2, len(late.c2) > 0
     for i in range(first_particle, end_particle):
         m = material[i]
         bad = (
@@ -121,7 +121,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         status[i] = 1 if bad else 0
         a, inv_distention, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
         if pores is not None:
-            if rows.porosity[m] > 0 and late is not None:
+            if rows.porosity[m] > 0 and linear:
                 a = distention[i]
                 strain_ratio[i, 0], strain_ratio[i, 1] = 1.0, 1.0
                 inv_distention = 1.0 / a
@@ -142,7 +142,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
                 strain_ratio[i, 0], strain_ratio[i, 1] = loading, unloading
                 inv_distention = 1.0 / a
             present_distention[i] = a
-        if late is None:
+        if not linear:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
             P *= inv_distention
             c2 = slow * slow * (d_rho + P * inv_distention / (rho[i] * rho[i]) * d_u)
@@ -219,7 +219,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         if P < 0.0:
             P *= 1.0 - D
         P *= keep
-        if late is None:
+        if not linear:
             c2 = max(c2, rows.least_c2[m])
         c = math.sqrt(c2) if keep > 0.0 else 0.0
         pressure[i] = P
@@ -234,8 +234,8 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
 
 @parallel_kernel
 def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
-    """One evaluation of every particle; compiled without pores, late stage, plastic strain or rate of strain where
-    these are None.
+    """One evaluation of every particle; compiled without pores, plastic strain or rate of strain where these are
+    None.
 
     In: ``sph.bodies.particle_cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``,
     the rates of strain (n, 6) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the cloud's
@@ -313,7 +313,7 @@ def evaluate(
     late stage (``sph.stepping.late``).
     """
     pores = Pores(out.distention, out.strain_ratio) if (rows.alpha0 > 1.0).any() else None
-    late = None if late_c2 is None else Late(cloud.late_density, late_c2)
+    late = Late(cloud.late_density, np.empty(0) if late_c2 is None else late_c2)
     plastic = cloud.plastic_strain if len(cloud.plastic_strain) else None
     physics = Physics(strength, damage, crushing)
     rate = cloud.strain_rate if (rows.inertial[:, DIAMETER] > 0.0).any() else None
