@@ -37,6 +37,7 @@ def exchanged(kinds, warmth, k=8.0):
     return c, found[0].energy - found[1].energy
 
 
+@pytest.mark.validation
 def test_what_one_gains_another_loses_and_heat_flows_to_the_cold():
     warmth = np.random.default_rng(2).uniform(0.0, 1e6, 1000)
     c, change = exchanged(0, warmth)

@@ -24,6 +24,7 @@ def test_kernel_is_normalised_and_its_gradient_is_its_derivative(one, h):
     assert abs(one.gradient_factor(h, h)) < 1e-30
 
 
+@pytest.mark.validation
 def test_pairs_keep_momentum_and_total_energy():
     c = _Cloud(1000)
     r = c.evaluate(kernel="wendland")

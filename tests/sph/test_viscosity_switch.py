@@ -29,7 +29,8 @@ def test_morris_monaghan_follows_its_equation():
     assert least <= law(1.0, 1e9, 5.0, c, h) < least + 1e-6 and 0.99 < law(least, 1e9, -1e9, c, h) <= 1.0
 
 
-@pytest.mark.parametrize("share", [pytest.param(1.0, marks=pytest.mark.validation), 0.25])
+@pytest.mark.validation
+@pytest.mark.parametrize("share", [1.0, 0.25])
 def test_a_pair_takes_the_mean_share(share):
     """Force and heat of the viscosity alike; with all of it, what no switch gives."""
     c = _Cloud(1000)
