@@ -47,6 +47,7 @@ def test_what_one_gains_another_loses_and_heat_flows_to_the_cold():
     assert np.array_equal(exchanged(0, np.full(1000, 1e6))[1], np.zeros(1000))
 
 
+@pytest.mark.validation
 def test_heat_stays_in_its_material():
     kinds = np.random.default_rng(3).integers(0, 2, 1000)
     c, change = exchanged(kinds, 1e6 * kinds)
