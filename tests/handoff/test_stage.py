@@ -92,7 +92,7 @@ def again(run_folder, tmp_path_factory):
 def both_ways(finished, tmp_path_factory):
     """The run's folder, and those of the ``mapped`` and the ``direct`` handoff."""
     run_folder, out = finished[0], tmp_path_factory.mktemp("direct")
-    unsound = run(run_folder, out, method="direct")
+    unsound = run(run_folder, out, method="direct", pictures=False)
     assert unsound is None or "beyond the limit" in unsound
     return run_folder, {"mapped": run_folder / "4_handoff", "direct": out}
 
@@ -188,11 +188,7 @@ def test_both_ways_stand_side_by_side_whichever_is_taken(both_ways, capsys):
         step = min(row["time_step_contact_s"], row["time_step_release_s"] or math.inf)
         assert row["core_s_per_simulated_s"] == pytest.approx(row["grains"] / step / direct.GRAIN_STEPS_PER_S)
     page = (outs["direct"] / "report.html").read_text()
-    assert (
-        "Mapped against direct" in page
-        and direct.LABELS["release_speed_excess_m_s"] in page
-        and "velocity.png" in page
-    )
+    assert "Mapped against direct" in page and direct.LABELS["release_speed_excess_m_s"] in page
     print(direct.as_text(tables[0]))
     assert len(capsys.readouterr().out.splitlines()) == len(direct.LABELS) + 1
 
