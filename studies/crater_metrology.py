@@ -3,7 +3,7 @@ the error bars.
 
 ``python studies/crater_metrology.py [--json] [--trials N] [--across LOW,HIGH] [--out FOLDER]``; the generator
 (fixtures/crater_trials.py) shares no code with crater/. ``--out`` writes ``trials.csv`` (every trial, as it is done:
-the same command continues a stopped run) and ``coverage.md`` (the tables).
+the same command continues a stopped run), ``coverage.md`` (the tables) and ``coverage.png``.
 """
 
 from __future__ import annotations
@@ -22,6 +22,7 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 import numpy as np
 
+from crater.drawing.figure import INK, figure, grid, save
 from crater.measures.measure import Measures, measure
 from fixtures import crater_trials as trials
 from fixtures import synthetic_craters as synthetic
@@ -30,6 +31,7 @@ from matter.geometry import frame
 from matter.particles import Particles
 
 NAMES = ("diameter_rim_m", "diameter_apparent_m", "depth_m", "rim_height_m", "volume_m3")
+WORDS = dict(zip(NAMES, ("rim diameter", "apparent diameter", "depth", "rim height", "volume")))
 FIRST_SEED = 90_000
 
 
@@ -114,14 +116,44 @@ def table(rows: list[dict], title: str) -> str:
     return "\n".join(lines)
 
 
+BANDS = ((5, 8), (8, 12), (12, 20), (20, 40.1))
+"""Particles per rim radius."""
+
+
+def by_resolution(rows: list[dict]) -> list[tuple[str, list[dict]]]:
+    """The trials of each of ``BANDS``, with its words."""
+    return [
+        (f"{low:g} to {high:.0f}", [r for r in rows if low <= float(r["per_radius"]) < high]) for low, high in BANDS
+    ]
+
+
+def draw(rows: list[dict], path: Path) -> None:
+    """How many truths lie within two sigma of each measure, by resolution, with the binomial error of the count."""
+    fig = figure(7.4, 3.6)
+    axis = fig.add_subplot()
+    axis.axhspan(92.0, 98.0, color=INK[4], alpha=0.15, label="what is asked")
+    for k, name in enumerate(NAMES):
+        place, found, error = [], [], []
+        for j, (_, chosen) in enumerate(by_resolution(rows)):
+            if chosen:
+                fraction = statistics(chosen, name)["within_2_sigma"]
+                place.append(j + 0.12 * (k - 2))
+                found.append(100.0 * fraction)
+                error.append(100.0 * np.sqrt(max(fraction * (1.0 - fraction), 0.01) / len(chosen)))
+        axis.errorbar(place, found, error, fmt="o", markersize=5, color=INK[k], label=WORDS[name])
+    axis.set_xticks(range(len(BANDS)), [f"{words}\n({len(chosen)})" for words, chosen in by_resolution(rows)])
+    axis.set_xlabel("particles per rim radius (craters)")
+    axis.set_ylabel("truths within two sigma [%]")
+    axis.set_ylim(40.0, 103.0)
+    grid(axis)
+    fig.legend(loc="outside upper center", ncols=3, frameon=False, fontsize=8)
+    save(fig, path)
+
+
 def tables(rows: list[dict]) -> str:
     """All rows, and the strata: resolution, sampling, body, what is known of the datum, family."""
     parts = [table(rows, "all")]
-    bands = ((5, 8), (8, 12), (12, 20), (20, 40.1))
-    groups = [
-        (f"{low:g} to {high:.0f} particles per radius", [r for r in rows if low <= float(r["per_radius"]) < high])
-        for low, high in bands
-    ]
+    groups = [(f"{words} particles per radius", chosen) for words, chosen in by_resolution(rows)]
     for key, word in (
         ("kind", "sampling"),
         ("datum", "known of the datum"),
@@ -187,6 +219,7 @@ def main() -> None:
     print(text)
     if asked.out:
         (asked.out / "coverage.md").write_text(text + "\n")
+        draw(rows, asked.out / "coverage.png")
     if asked.json:
         content = {name: statistics(rows, name) for name in NAMES}
         content["peak_bytes"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
