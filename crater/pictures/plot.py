@@ -13,7 +13,7 @@ import numpy as np
 from crater.bodies import body_plot as plot_body
 from crater.comparison.craters import Crater
 from crater.comparison.observations import Zone
-from crater.drawing.figure import INK, figure, grid, save
+from crater.drawing.figure import INK, figure, grid, legend_above, save
 from crater.ground.radial_profile import Profile
 from crater.measures.measure import Measures
 from crater.pictures import plot_ejecta, plot_excavation, plot_heights, plot_sections
@@ -132,11 +132,13 @@ def draw_profiles(findings: Findings, path: Path) -> None:
     axis = fig.add_subplot()
     lines: list[tuple[Measures, str, str]] = []
     moment = findings.transient.get("volume")
-    if moment is not None and moment.measures is not None:
+    grown = not findings.at_end_of_shock(moment)
+    if grown and moment is not None and moment.measures is not None:
         lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
     late, grains = findings.late_sph, findings.settled_grains
     if late is not None:
-        lines.append((late.measures, INK[0], f"{LATE_SHOCK} ({readable.clock(late.time)})"))
+        state = "" if grown else ", still growing"
+        lines.append((late.measures, INK[0], f"{LATE_SHOCK}{state} ({readable.clock(late.time)})"))
     if grains is not None:
         state = "settled grains" if grains.rest.settled else f"grains, {grains.rest.state}"
         lines.append((grains.measures, INK[2], f"{state}, DEM ({readable.clock(grains.time)})"))
@@ -157,7 +159,7 @@ def draw_profiles(findings: Findings, path: Path) -> None:
             label=label,
         )
     if lines and moment is not None and moment.measures is not None:
-        _mark(axis, moment.measures, scale, INK[1])
+        _mark(axis, moment.measures, scale, INK[1] if grown else INK[0])
     _published_box(axis, findings, scale)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(-0.015 * reach * scale, reach * scale)
@@ -263,9 +265,10 @@ def draw_series(findings: Findings, path: Path) -> None:
     if findings.compared.scaling:
         low, high = (x * length for x in findings.compared.scaling["range_m"])
         laws = ", ".join(scaling.NAMES[name] for name in findings.compared.scaling["range_of"])
-        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=f"pi-scaling ({laws})")
+        words = textwrap.fill(f"pi-scaling ({laws})", 60)
+        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=words)
     for key, colour in (("volume", INK[1]), ("depth", INK[3])):
-        if key in findings.transient:
+        if key in findings.transient and key not in findings.growing:
             for axis in axes:
                 axis.axvline(
                     findings.transient[key].time * minute,
@@ -279,7 +282,7 @@ def draw_series(findings: Findings, path: Path) -> None:
         axis.autoscale_view()
         axis.set_ylim(0.0, _top(axis, findings, MAXIMA[moment], scale) or None)
     handles, labels = axes[0].get_legend_handles_labels()
-    fig.legend(handles, labels, loc="outside upper center", ncols=3, frameon=False, fontsize=8)
+    legend_above(fig, handles, labels, fontsize=8)
     axes[-1].set_xlabel(f"time after contact [{clock}]")
     save(fig, path)
 

@@ -37,10 +37,8 @@ def draw_launches(findings: Findings, path: Path) -> None:
     fig = figure(6.6, 6.0)
     speed, angle = fig.subplots(2, 1, sharex=True, height_ratios=[2, 1])
     x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / findings.settings.impact.projectile.radius
-    words = (
-        f"this run: mu = {row['mu']['value']:.3f} ± {row['mu']['sigma']:.3f}, C1 = {row['C1']['value']:.2f} ± "
-        f"{row['C1']['sigma']:.2f}"
-    )
+    mu, factor = (readable.measured(row[name]["value"], row[name]["sigma"]) for name in ("mu", "C1"))
+    words = f"this run: mu = {mu}, C1 = {factor}"
     speed.loglog(x, row["v_over_U"], "o-", color=INK[0], markersize=4, label=words)
     speed.loglog(x, row["sand_v_over_U"], "--", color=INK[4], label="Housen & Holsapple 2011, dry sand: 0.41, 0.55")
     speed.set_ylabel("launch speed / normal impact speed")

@@ -11,7 +11,7 @@ import numpy as np
 
 from crater.comparison.craters import Crater
 from crater.drawing import sections
-from crater.drawing.figure import figure, save
+from crater.drawing.figure import figure, legend_above, save
 from crater.ground import datum as datums
 from crater.ground.datum import Datum
 from crater.pictures import plot_settled
@@ -26,11 +26,14 @@ GRAINS = ("4_handoff/start", "5_dem/last")
 
 
 def _shots_of_shock(findings: Findings) -> list[tuple[str, Path]]:
-    """The transient (largest volume) and the end of the shock stage."""
+    """The transient (largest volume), or, of a crater that still grew, what was handed over; and the end of the shock
+    stage."""
     chosen: list[tuple[str, Path]] = []
-    moment = findings.transient.get("volume")
-    if moment is not None and moment.stage == "sph":
-        chosen.append((f"SPH, transient (maximum volume), {readable.clock(moment.time)}", moment.path))
+    moment, words = findings.transient.get("volume"), "transient (maximum volume)"
+    if findings.at_end_of_shock(moment):
+        moment, words = findings.handed_over[0], "handoff"
+    if moment is not None and moment.stage == "sph" and not findings.at_end_of_shock(moment):
+        chosen.append((f"SPH, {words}, {readable.clock(moment.time)}", moment.path))
     if findings.shock is not None:
         chosen.append((f"SPH, end, {readable.clock(findings.shock.end_time)}", findings.shock.end_path))
     return chosen
@@ -81,13 +84,13 @@ def draw_cross_sections(findings: Findings, path: Path) -> None:
         axis.set_title(title, fontsize=9, loc="left")
     _label(grid, seen)
     marks = sections.material_marks([particles for _, particles in panels])
-    fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
+    legend_above(fig, marks, fontsize=8)
     save(fig, path)
 
 
 def _label(grid: np.ndarray, seen: sections.View) -> None:
     for axis in grid[:, 0]:
-        axis.set_ylabel(f"height over the summit\nof the datum [{seen.unit}]", fontsize=9)
+        axis.set_ylabel(f"height above the\nimpact point [{seen.unit}]", fontsize=9)
     for axis in grid[-1]:
         axis.set_xlabel(f"x, downrange [{seen.unit}]", fontsize=9)
 
@@ -161,7 +164,7 @@ def _grid_of(
     for axis in grid[-1]:
         axis.set_xlabel(f"x, downrange [{seen.unit}]", fontsize=9)
     marks = sections.material_marks([particles for _, particles in panels])
-    fig.legend(handles=marks, fontsize=9, ncols=len(marks), frameon=False, loc="outside upper center")
+    legend_above(fig, marks, fontsize=9)
     save(fig, path)
 
 
@@ -195,7 +198,7 @@ def draw_side_by_side(craters: Sequence[Crater], path: Path) -> None:
         )
     _label(grid, seen)
     marks = sections.material_marks([panel["particles"] for panel in panels])
-    fig.legend(handles=marks, fontsize=8, ncols=len(marks), frameon=False, loc="outside upper center")
+    legend_above(fig, marks, fontsize=8)
     save(fig, path)
 
 

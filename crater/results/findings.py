@@ -212,6 +212,12 @@ class Findings:
         """The measured crater that the run ends with: that of the grains, else that at the end of the shock stage."""
         return self.settled_grains or self.late_sph
 
+    def at_end_of_shock(self, moment: series.Moment | None) -> bool:
+        """Whether ``moment`` is of the snapshot with which the shock stage ends: its crater is the all-SPH late stage
+        too."""
+        late = self.late_sph
+        return late is not None and moment is not None and moment.stage == "sph" and moment.time == late.time
+
     @property
     def configs(self) -> dict[str, MeasurementConfig]:
         """The measurement configuration of each stage (sph, dem)."""
@@ -251,7 +257,7 @@ def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[flo
 
 def with_chain_errors(findings: Findings, known: ChainError | None) -> Findings:
     """The measured craters of a run with their chain errors, where its settings carry them; the all-SPH late stage has
-    none."""
+    none of its own: where the crater still grew at the end it is that crater."""
     if known is None:
         return findings
     shock, grains = findings.shock, findings.grains
@@ -267,7 +273,9 @@ def with_chain_errors(findings: Findings, known: ChainError | None) -> Findings:
             else moment
             for key, moment in shock.transient.items()
         }
-        shock = replace(shock, transient=transient)
+        same = [m.measures for m in transient.values() if findings.at_end_of_shock(m) and m.measures is not None]
+        last = replace(shock.last, measures=same[0]) if shock.last and same and grains is not None else shock.last
+        shock = replace(shock, transient=transient, last=last)
     if grains is not None and grains.last is not None:
         grains = replace(
             grains, last=replace(grains.last, measures=chain.with_chain(grains.last.measures, known.final))
@@ -321,21 +329,19 @@ def final_entry(last: LastCrater) -> dict[str, Any]:
 def columns(
     findings: Findings, moments: tuple[str, ...] = MOMENTS
 ) -> list[tuple[column_labels.ColumnLabel, Measures]]:
-    """Every crater that was measured under its label: transient, the shock stage's own end, final."""
+    """Every crater that was measured under its label: transient, the shock stage's own end (where no transient crater
+    is of that snapshot), final."""
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
     seen = [
         (key, findings.transient[key])
         for key in moments
         if key in findings.transient and findings.transient[key].value(MAXIMA[key]) > 0.0
     ]
-    shots = [
-        column_labels.Moment(key, m.time, m.stage, key in findings.growing, m.measures)
-        for key, m in seen
-        if m.measures is not None
-    ]
+    seen = [(key, m) for key, m in seen if m.measures is not None]
+    shots = [column_labels.Moment(key, m.time, m.stage, key in findings.growing, m.measures) for key, m in seen]
     final, late = findings.final, findings.late_sph
     result = column_labels.arranged(shots, final.time if final is not None else None)
-    if late is not None and late is not final:
+    if late is not None and late is not final and not any(findings.at_end_of_shock(m) for _, m in seen):
         result.append(
             (
                 column_labels.ColumnLabel("late_sph", "final", LATE_SHOCK, column_labels.when(late.time, "SPH")),

@@ -59,6 +59,12 @@ SAID = {
     "run_case RUN --movie": [(2, BUSY)] * 5,
     "run_case RUN --verify": [(2, BUSY)] * 5,
     "run_case RUN --check": [(0, "run folder")] * 5,
+    "run_case CASE --out RUNS": [(2, BUSY)] * 5,
+    "run_case CASE --out RUNS --check": [(0, "run folder")] * 5,
+    "run_case CASE --out RUNS --vary bed.radius=1000,2000m --check": [(0, "1 running, 1 to do")] * 5,
+    "run_case CASE --out RUNS --vary bed.radius=1000,2000m --status": [
+        (0, f"1 running, 1 to do\n.* running {one} ") for one in STAGES
+    ],
     "run_case --prune --out RUNS": [(0, "0 B to be freed")] * 5,
     "run_case STAGE --prune --out RUNS": [(0, "in use by a run: it stays")] * 5,
     "run_case EARLIER --prune --out RUNS": [(0, "in use by a run: it stays")] * 5,
@@ -150,7 +156,7 @@ def test_nothing_is_lost_when_a_run_is_looked_at(case_folder, tmp_path, fake_sta
         before = tree(runs)
         for line, outcomes in SAID.items():
             words = line.replace("RUNS", str(runs)).replace("RUN", str(run_folder)).replace("OUT", str(out))
-            words = words.replace("STAGE", places[0]).replace("EARLIER", places[1])
+            words = words.replace("STAGE", places[0]).replace("EARLIER", places[1]).replace("CASE", str(case_folder))
             code, said = outcomes[STAGES.index(stage)]
             done = command(words)
             heard = done.stdout + done.stderr
