@@ -67,9 +67,20 @@ class _Content:
         return isinstance(other, _Content) and self.key == other.key
 
 
+class _Band(NamedTuple):
+    """The grid of a ``Distance`` with what is known beside the surface: ``squared`` distances [m^2], exact within a
+    cell of it, and the ``nearest`` triangles, elsewhere inf and -1; and everywhere the ``sign``, 1 inside, else -1."""
+
+    low: np.ndarray
+    cell: float
+    corners: np.ndarray
+    squared: np.ndarray
+    nearest: np.ndarray
+    sign: np.ndarray
+
+
 @lru_cache(maxsize=4)
-def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]:
-    """``low``, ``cell`` and ``depth`` of a ``Distance``: seconds, which all stages of a run need."""
+def _band(content: _Content, cells: int) -> _Band:
     solid = content.solid
     least, most = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
     cell = float((most - least).max()) / cells
@@ -79,19 +90,35 @@ def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]
     nearest = np.full(shape, -1, dtype=np.int64)
     corners = solid.vertices[solid.triangles]
     _beside(corners, low, cell, squared, nearest)
-    _passed_on(corners, low, cell, squared, nearest)
     met = np.zeros(shape, dtype=np.int32)
     _crossings(corners, low, cell, met)
     above = np.cumsum(met[:, :, ::-1], axis=2)[:, :, ::-1]
     if (above[:, :, 0] % 2).any():
         raise InputError("the surface cuts itself: a line through it enters and does not leave")
-    depth = np.where(above % 2 == 1, 1.0, -1.0) * np.sqrt(squared)
-    volume = float(np.clip(depth / cell + 0.5, 0.0, 1.0).sum()) * cell**3
+    sign = np.where(above % 2 == 1, 1.0, -1.0)
+    volume = float(np.clip(sign * np.sqrt(squared) / cell + 0.5, 0.0, 1.0).sum()) * cell**3
     if abs(volume / solid.volume - 1.0) > _VOLUME + 2.0 / cells:
         raise InputError(
             f"the surface cuts itself: {volume:.4g} m^3 lie inside it, its triangles enclose {solid.volume:.4g} m^3"
         )
-    return low, cell, depth
+    return _Band(low, cell, corners, squared, nearest, sign)
+
+
+@lru_cache(maxsize=4)
+def _grid(content: _Content, cells: int) -> tuple[np.ndarray, float, np.ndarray]:
+    """``low``, ``cell`` and ``depth`` of a ``Distance``: seconds, which all stages of a run need."""
+    band = _band(content, cells)
+    squared, nearest = band.squared.copy(), band.nearest.copy()
+    _passed_on(band.corners, band.low, band.cell, squared, nearest)
+    return band.low, band.cell, band.sign * np.sqrt(squared)
+
+
+def sides(solid: Solid, cells: int = CELLS) -> Distance:
+    """On which side of the surface of ``solid`` points lie, in a tenth of the time of ``measured``: depths are those
+    beside the surface, and further off no more than that. Raises ``InputError`` as ``measured`` does."""
+    band = _band(_Content(solid), cells)
+    depth = band.sign * np.sqrt(np.minimum(band.squared, (_AROUND * band.cell) ** 2))
+    return Distance(band.low, band.cell, depth, np.zeros(3), np.empty((0, 3, 3)))
 
 
 def measured(solid: Solid, cells: int = CELLS, site: np.ndarray | None = None) -> Distance:

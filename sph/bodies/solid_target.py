@@ -10,6 +10,8 @@ comes on as on a body set down gently. It turns as a whole,
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -20,7 +22,7 @@ from matter.constants import G
 from matter.errors import InputError
 from matter.points import packing
 from matter.points.region import Interior
-from matter.solids.distance import Distance, measured
+from matter.solids.distance import Distance, measured, sides
 from matter.solids.placed import Placed
 from matter.solids.solid import Solid
 from sph.bodies import solid_weight
@@ -36,8 +38,15 @@ there."""
 
 @lru_cache(maxsize=2)
 def _distance(solid: Solid, height: float) -> Distance:
-    try:
+    with _named():
         return measured(solid, site=np.array([0.0, 0.0, height]))
+
+
+@contextmanager
+def _named() -> Iterator[None]:
+    """What is wrong with the surface is wrong with the target's file."""
+    try:
+        yield
     except InputError as reason:
         raise InputError(f"[target] file: {reason}") from None
 
@@ -45,7 +54,8 @@ def _distance(solid: Solid, height: float) -> Distance:
 @lru_cache(maxsize=2)
 def _samples(solid: Solid, height: float) -> np.ndarray:
     """Distances [m] of points spread evenly in the body from the site, sorted."""
-    points = Interior(solid, _distance(solid, height)).random_points(np.random.default_rng(0), SAMPLES)
+    with _named():
+        points = Interior(solid, sides(solid)).random_points(np.random.default_rng(0), SAMPLES)
     return np.sort(np.linalg.norm(points - [0.0, 0.0, height], axis=1))
 
 

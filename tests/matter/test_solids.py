@@ -147,6 +147,20 @@ def test_depths_of_one_body_are_made_once_for_all_stages(monkeypatch):
     assert other.depth.max() > first.depth.max() and finer.depth.size > first.depth.size
 
 
+@pytest.mark.parametrize("name", ["cube", "dumbbell", "ring"])
+def test_the_side_on_which_a_point_lies_is_known_without_the_sweeps(name, monkeypatch):
+    """Of 200,000 points about a body, and of 100,000 within two cells of its surface: the same as by the distances."""
+    body, rng = made(BODIES[name]()), np.random.default_rng(4)
+    whole = distance.measured(body, 48)
+    points = rng.uniform(-1.1, 1.1, (200_000, 3)) * np.abs(body.vertices).max(axis=0)
+    beside = body.vertices[rng.integers(0, len(body.vertices), 100_000)] + whole.cell * rng.uniform(
+        -2, 2, (100_000, 3)
+    )
+    points = np.concatenate([points, beside])
+    monkeypatch.setattr(distance, "_passed_on", None)
+    np.testing.assert_array_equal(distance.sides(body, 48).at(points)[0] > 0.0, whole.at(points)[0] > 0.0)
+
+
 def test_sweeps_find_what_they_find_when_every_neighbour_is_asked_every_time(monkeypatch):
     """Those that have not changed since they were asked are left out: the same triangles, to the last bit."""
     body, made_by = solids.dumbbell(0.8, 1.2, 0.5, rings=12, around=10), {}

@@ -12,6 +12,7 @@ from matter.case.body import Target
 from matter.errors import InputError
 from matter.files import snapshot
 from matter.points import region
+from matter.solids import distance, placed
 from pipeline import cli
 from pipeline.case import read as cases
 from pipeline.settings import compose
@@ -213,6 +214,15 @@ def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch, axes, zone
         assert here.sum() > least
         assert size[here].mean() == pytest.approx(zones.spacing(away[here]).mean(), rel=0.08)
     assert built.mass.sum() == pytest.approx(body.placed.solid.volume * built.density[0], rel=1e-9)
+
+
+def test_the_particles_of_a_body_are_counted_without_the_seconds_of_its_distances(monkeypatch):
+    monkeypatch.setattr(distance, "_passed_on", None)
+    body = placed.of_axes((31.0, 29.0, 23.0), 0.1, 0.2, 0.3)
+    across = np.linspace(0.5, solid_target.reach(body), 400)
+    middle = 0.5 * (across[1:] + across[:-1])
+    volume = float(np.sum(solid_target.area(body, middle) * np.diff(across)))
+    assert volume == pytest.approx(body.solid.volume, rel=0.02)
 
 
 def test_ground_at_the_site_of_a_large_body_is_as_full_as_flat_ground():
