@@ -76,7 +76,10 @@ def _content(name: str) -> dict[str, Any]:
     if name not in names():  # not by looking for the file: a name is no path
         near = difflib.get_close_matches(name, names(), n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise InputError(f"unknown material {name!r}{hint} (known: {', '.join(names())})")
+        raise InputError(
+            f"unknown material {name!r}{hint} (known: {', '.join(names())}; to make one: "
+            "docs/site/howto/own_material.md)"
+        )
     try:
         return tomllib.loads((FOLDER / f"{name}.toml").read_text())
     except ValueError as reason:  # no TOML, or no UTF-8

@@ -78,7 +78,10 @@ def test_sound_speeds_are_those_of_the_materials():
 
 
 def test_what_is_unknown_is_a_message_with_the_nearest_name():
-    with pytest.raises(InputError, match="unknown material 'basat'; did you mean 'basalt'"):
+    with pytest.raises(
+        InputError,
+        match=r"unknown material 'basat'; did you mean 'basalt'.*to make one: docs/site/howto/own_material\.md",
+    ):
         material.load("basat")
     with pytest.raises(InputError, match=r"'water' has no \[weibull\]"):
         material.section("water", "weibull")
