@@ -271,7 +271,7 @@ def _record(
     return {
         "time_s": float(source.attributes.get("time", 0.0)),
         "snapshot": choice.series[choice.index].file if choice else None,
-        "choice": choice.as_table() if choice else {"reason": f"given: {settings.time}"},
+        "choice": choice.as_table() if choice else {"reason": "as set in the case"},
         "speed_limit_m_s": handoff.split.speed_limit,
         "alpha_spacings": settings.alpha,
         "offset_spacings": handoff.carving.offset,

@@ -48,6 +48,7 @@ def test_it_waives_nothing_and_resolves_its_crater():
 def test_it_goes_through_the_whole_chain(done):
     run, text = done
     assert (run / "6_crater" / "report.html").is_file() and (run / "6_crater" / "cross_section.png").is_file()
+    assert "0.3 s after the impact: as set in the case." in (run / "4_handoff" / "report.html").read_text()
     final = json.loads((run / "6_crater" / "measures.json").read_text())["final"]
     assert final["settled"] and "settled grains" in text
     # draws at this size come to 94 (the first, as another machine rounds), 100, 109 and 110 m (103 +- 8); as it
