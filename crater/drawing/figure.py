@@ -31,13 +31,15 @@ def save(fig, path: Path) -> None:
         fig.savefig(temporary, format=kind, dpi=150)
 
 
-def legend_above(fig, handles: Sequence[Any], labels: Sequence[str] | None = None, fontsize: float = 8.0) -> None:
-    """One legend above all panels, in as many columns as the width of the figure holds: beyond it words are cut."""
+def legend_outside(
+    fig, handles: Sequence[Any], labels: Sequence[str] | None = None, fontsize: float = 8.0, side: str = "upper"
+) -> None:
+    """One legend above (``side`` upper) or below all panels, in as many columns as the width of the figure holds:
+    beyond it words are cut."""
     labels = [handle.get_label() for handle in handles] if labels is None else labels
     for columns in range(max(len(handles), 1), 0, -1):
-        legend = fig.legend(
-            handles, labels, loc="outside upper center", ncols=columns, frameon=False, fontsize=fontsize
-        )
+        place = f"outside {side} center"
+        legend = fig.legend(handles, labels, loc=place, ncols=columns, frameon=False, fontsize=fontsize)
         if columns == 1 or legend.get_window_extent(fig.canvas.get_renderer()).width <= fig.bbox.width:
             return
         legend.remove()

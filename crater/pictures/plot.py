@@ -13,7 +13,7 @@ import numpy as np
 from crater.bodies import body_plot as plot_body
 from crater.comparison.craters import Crater
 from crater.comparison.observations import Zone
-from crater.drawing.figure import INK, figure, grid, legend_above, save
+from crater.drawing.figure import INK, figure, grid, legend_outside, save
 from crater.ground.radial_profile import Profile
 from crater.measures.measure import Measures
 from crater.pictures import plot_ejecta, plot_excavation, plot_heights, plot_sections
@@ -282,7 +282,7 @@ def draw_series(findings: Findings, path: Path) -> None:
         axis.autoscale_view()
         axis.set_ylim(0.0, _top(axis, findings, MAXIMA[moment], scale) or None)
     handles, labels = axes[0].get_legend_handles_labels()
-    legend_above(fig, handles, labels, fontsize=8)
+    legend_outside(fig, handles, labels, fontsize=8)
     axes[-1].set_xlabel(f"time after contact [{clock}]")
     save(fig, path)
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from crater.comparison.craters import Crater
 from crater.drawing import sections
-from crater.drawing.figure import figure, legend_above, save
+from crater.drawing.figure import figure, legend_outside, save
 from crater.ground import datum as datums
 from crater.ground.datum import Datum
 from crater.pictures import plot_settled
@@ -84,7 +84,7 @@ def draw_cross_sections(findings: Findings, path: Path) -> None:
         axis.set_title(title, fontsize=9, loc="left")
     _label(grid, seen)
     marks = sections.material_marks([particles for _, particles in panels])
-    legend_above(fig, marks, fontsize=8)
+    legend_outside(fig, marks, fontsize=8)
     save(fig, path)
 
 
@@ -164,7 +164,7 @@ def _grid_of(
     for axis in grid[-1]:
         axis.set_xlabel(f"x, downrange [{seen.unit}]", fontsize=9)
     marks = sections.material_marks([particles for _, particles in panels])
-    legend_above(fig, marks, fontsize=9)
+    legend_outside(fig, marks, fontsize=9)
     save(fig, path)
 
 
@@ -198,7 +198,7 @@ def draw_side_by_side(craters: Sequence[Crater], path: Path) -> None:
         )
     _label(grid, seen)
     marks = sections.material_marks([panel["particles"] for panel in panels])
-    legend_above(fig, marks, fontsize=8)
+    legend_outside(fig, marks, fontsize=8)
     save(fig, path)
 
 

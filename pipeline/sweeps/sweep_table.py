@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from crater.drawing.figure import INK, figure, grid, save
+from crater.drawing.figure import INK, figure, grid, legend_outside, save
 from crater.scaling import crater_size
 from matter.case import quantity
 from matter.case.body import SOLIDS
@@ -301,7 +301,7 @@ def _draw(rows: Sequence[Row], key: str, file: Path) -> bool:
         grid(axis)
     told = {label: handle for axis in fig.axes for handle, label in zip(*axis.get_legend_handles_labels())}
     if any(told):
-        fig.legend(told.values(), told.keys(), loc="outside lower center", ncols=4, fontsize=8, frameon=False)
+        legend_outside(fig, list(told.values()), list(told), side="lower")
     save(fig, file)
     return True
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from crater.drawing.figure import figure, legend_above
+from crater.drawing.figure import figure, legend_outside
 from crater.measures import chain
 from crater.measures.measure import Quantity
 from crater.pictures import plot, plot_sections
@@ -105,6 +105,6 @@ def test_a_legend_takes_as_many_columns_as_fit():
     for width, columns in ((9.0, 6), (3.0, 2)):
         fig = figure(width, 2.0)
         lines = [fig.subplots().plot([], [], label="word " * 3)[0] for _ in range(6)]
-        legend_above(fig, lines)
+        legend_outside(fig, lines)
         fig.draw_without_rendering()
         assert fig.legends[0]._ncols == columns and fig.legends[0].get_window_extent().width <= np.ceil(fig.bbox.width)
