@@ -122,7 +122,7 @@ def _summary(findings: Findings) -> list[str]:
     lines = [
         f"{_capital(label.title)} ({label.when}): {_in_words('apparent diameter D', m['diameter_apparent_m'], ' =')}, "
         f"{_in_words('depth', m['depth_m'])}{f' (errors {without})' if without and m['depth_m'].sigma else ''}."
-        for label, m in columns(findings, ("depth", "volume"))
+        for label, m in columns(findings)
     ]
     if findings.final is not None and not findings.final.rest.settled:
         lines.append(f"The last snapshot is no final crater: {findings.final.rest.reason}.")

@@ -137,7 +137,7 @@ def draw_profiles(findings: Findings, path: Path) -> None:
         lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
     late, grains = findings.late_sph, findings.settled_grains
     if late is not None:
-        state = "" if grown else ", still growing"
+        state = ", still growing" if findings.growing else ""
         lines.append((late.measures, INK[0], f"{LATE_SHOCK}{state} ({readable.clock(late.time)})"))
     if grains is not None:
         state = "settled grains" if grains.rest.settled else f"grains, {grains.rest.state}"

@@ -11,6 +11,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 from matter.wording import readable
+from matter.wording.crater_measures import MAXIMA, MOMENTS
 
 METHODS = {"sph": "SPH", "dem": "grains"}
 
@@ -82,14 +83,14 @@ def arranged(moments: Sequence[Moment], end: float | None = None) -> list[tuple[
 
 
 def columns(
-    measures: Mapping[str, Any], moments: tuple[str, ...] = ("volume", "depth")
+    measures: Mapping[str, Any], moments: tuple[str, ...] = MOMENTS
 ) -> list[tuple[ColumnLabel, Mapping[str, Any]]]:
     """Heads and entries of ``measures.json`` for these ``moments`` and the final crater."""
     held, last = measures.get("transient", {}), measures.get("final", {})
     seen = []
     for name in moments:
         entry = held.get(f"at_maximum_{name}")
-        if isinstance(entry, Mapping):
+        if isinstance(entry, Mapping) and _exists(entry.get(MAXIMA[name])):
             seen.append(Moment(name, _time(entry), str(entry.get("stage", "")), bool(entry.get("growing")), entry))
     has_last = any(isinstance(cell, Mapping) and "value" in cell for cell in last.values())
     labels = arranged(seen, _time(last) if has_last else None)
@@ -98,6 +99,11 @@ def columns(
     ):
         labels.append((ColumnLabel("transient/volume", "transient", "transient", when(_time(held), "")), held))
     return [*labels, (final(last), last)] if has_last else labels
+
+
+def _exists(cell: Any) -> bool:
+    """Whether a measure has a value above zero, or is not in the file: a trough that looks widest has none."""
+    return not isinstance(cell, Mapping) or (cell.get("value") or 0.0) > 0.0
 
 
 def _time(entry: Mapping[str, Any]) -> float | None:

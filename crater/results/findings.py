@@ -326,15 +326,13 @@ def final_entry(last: LastCrater) -> dict[str, Any]:
     return {"time_s": Quantity(last.time, 0.0, "s").as_dict(), "from": last.origin, **last.rest.as_dict()}
 
 
-def columns(
-    findings: Findings, moments: tuple[str, ...] = MOMENTS
-) -> list[tuple[column_labels.ColumnLabel, Measures]]:
+def columns(findings: Findings) -> list[tuple[column_labels.ColumnLabel, Measures]]:
     """Every crater that was measured under its label: transient, the shock stage's own end (where no transient crater
     is of that snapshot), final."""
     # after the collapse a wide trough may look widest: measured closely it has no diameter, and no maximum of it
     seen = [
         (key, findings.transient[key])
-        for key in moments
+        for key in MOMENTS
         if key in findings.transient and findings.transient[key].value(MAXIMA[key]) > 0.0
     ]
     seen = [(key, m) for key, m in seen if m.measures is not None]

@@ -3,6 +3,7 @@ crater and its end, and is shown once, as what still grows."""
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -14,6 +15,7 @@ from crater.drawing.figure import figure, legend_outside
 from crater.measures import chain
 from crater.measures.measure import Quantity
 from crater.pictures import plot, plot_sections
+from crater.results import column_labels
 from crater.results import findings as results
 from crater.results.findings import Compared, Findings, GrainFindings, LastCrater, ShockFindings
 from crater.results.rest import Rest
@@ -59,6 +61,21 @@ def found(largest: float, **more) -> Findings:
 )
 def test_one_snapshot_has_one_column(largest, titles):
     assert [label.title for label, _ in results.columns(found(largest))] == titles
+
+
+def test_the_page_and_the_terminal_call_a_crater_the_same():
+    """Its volume has come to rest, its diameter has not: what stands at the end still grows, in every list."""
+    found_here = found(END)
+    shock = replace(found_here.shock, growing=("diameter",))
+    page = [label.title for label, _ in results.columns(replace(found_here, shock=shock))]
+    cells = {"time_s": {"value": END}, "stage": "sph", **{name: {"value": 52.0} for name in MAXIMA.values()}}
+    held = {f"at_maximum_{key}": {**cells, "growing": key == "diameter"} for key in MAXIMA}
+    final = {**cells, "time_s": {"value": 16.2}}
+    terminal = [label.title for label, _ in column_labels.columns({"transient": held, "final": final})]
+    assert page == terminal == ["last snapshot, diameter still growing", "final"]
+    held["at_maximum_diameter"][MAXIMA["diameter"]] = {"value": None}  # a trough that no longer has one
+    terminal = [label.title for label, _ in column_labels.columns({"transient": held, "final": final})]
+    assert terminal == ["transient, maximum volume and depth", "final"]
 
 
 @pytest.mark.parametrize(("largest", "word"), [(END, "chain"), (0.45, "its own")])
