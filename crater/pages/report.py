@@ -255,7 +255,7 @@ def _scaling(findings: Findings) -> dict[str, Any]:
         return {}
     ours = findings.transient.get("volume")
     diameter = ours.value("diameter_apparent_m") if ours is not None else float("nan")
-    growing = "volume" in findings.growing
+    growing = "volume" in findings.growing or (findings.at_end_of_shock(ours) and "diameter" in findings.growing)
     final, laws = found["final_rim_diameter_m"], found["diameter_m"]
     rows = []
     for name, value in laws.items():

@@ -14,6 +14,7 @@ from matplotlib.figure import Figure
 from crater.drawing.figure import figure, legend_outside
 from crater.measures import chain
 from crater.measures.measure import Quantity
+from crater.pages import report
 from crater.pictures import plot, plot_sections
 from crater.results import column_labels
 from crater.results import findings as results
@@ -76,6 +77,18 @@ def test_the_page_and_the_terminal_call_a_crater_the_same():
     held["at_maximum_diameter"][MAXIMA["diameter"]] = {"value": None}  # a trough that no longer has one
     terminal = [label.title for label, _ in column_labels.columns({"transient": held, "final": final})]
     assert terminal == ["transient, maximum volume and depth", "final"]
+
+
+@pytest.mark.parametrize(
+    ("largest", "growing", "ratio"),
+    [(END, MAXIMA, ""), (END, ("diameter",), ""), (END, (), "0.52"), (0.45, ("diameter",), "0.47")],
+)
+def test_what_still_grows_is_not_held_against_a_law(largest, growing, ratio):
+    laws = {"diameter_m": {"holsapple_sand": 100.0}, "final_rim_diameter_m": {}}
+    span = {"range_m": [75.0, 89.0], "range_of": ["holsapple_sand"] * 2, "formation_time_s": 3.9}
+    here = found(largest, compared=Compared({**laws, **span}))
+    said = report._scaling(replace(here, shock=replace(here.shock, growing=tuple(growing))))
+    assert said["rows"][0][2] == ratio and ("still growing" in said["here"]) == (ratio == "")
 
 
 @pytest.mark.parametrize(("largest", "word"), [(END, "chain"), (0.45, "its own")])
