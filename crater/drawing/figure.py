@@ -38,8 +38,8 @@ def legend_outside(
     beyond it words are cut."""
     labels = [handle.get_label() for handle in handles] if labels is None else labels
     for columns in range(max(len(handles), 1), 0, -1):
-        place = f"outside {side} center"
-        legend = fig.legend(handles, labels, loc=place, ncols=columns, frameon=False, fontsize=fontsize)
+        position = f"outside {side} center"
+        legend = fig.legend(handles, labels, loc=position, ncols=columns, frameon=False, fontsize=fontsize)
         if columns == 1 or legend.get_window_extent(fig.canvas.get_renderer()).width <= fig.bbox.width:
             return
         legend.remove()
