@@ -126,6 +126,7 @@ def test_of_a_run_it_is_that_of_the_snapshot_handed_over(tmp_path):
         ballistic.of_run(tmp_path, G, DENSITY, 5.0, 0.0)
 
 
+@pytest.mark.validation
 def test_the_page_the_files_and_the_picture_of_a_flat_case_have_it(tmp_path):
     place = ground(8.0, 4.0)
     for name in ("2_sph", "4_handoff", "6_crater"):

@@ -342,6 +342,7 @@ def test_one_snapshot_of_a_run_gives_the_numbers_of_the_run(both, tmp_path, caps
     assert "measured as its run does" in capsys.readouterr().out
 
 
+@pytest.mark.validation
 def test_a_snapshot_taken_away_says_what_it_misses_and_options_are_said(both, tmp_path, capsys):
     run, _, _ = both
     shutil.copy(run / "5_dem" / "last.vtkhdf", tmp_path / "mine.vtkhdf")

@@ -296,6 +296,7 @@ def _advance(collapse, until=0.0):
             return
 
 
+@pytest.mark.validation
 def test_springs_that_put_in_energy_make_a_run_unsound(tmp_path, carved, monkeypatch):
     """The rule that guards against it switched off, and a weight that is said to need nothing: the report and the exit
     say so."""

@@ -69,6 +69,7 @@ def test_friction_makes_the_shear_stress_larger():
     assert 6.0 < angles[0] < 13.0 and 17.0 < angles[1] < 25.0 and angles[2] > angles[1] + 3.0
 
 
+@pytest.mark.validation
 def test_fast_shear_resists_more_and_lies_looser(monkeypatch):
     """At I = 0.6 some 5 deg more than in slow shear (26 deg, 0.58 of space filled), as mu(I) of glass beads rises
     (Jop et al. 2006: 29 for 21 deg); the grains' own motion bears a few per cent of the pressure."""
@@ -80,6 +81,7 @@ def test_fast_shear_resists_more_and_lies_looser(monkeypatch):
     assert 0.01 < found["kinetic_pressure"] < 0.1
 
 
+@pytest.mark.validation
 def test_the_normal_stress_of_fast_shear_counts_what_grains_carry():
     """At I = 1 a twentieth of it is momentum on its way: the cell holds P with both, and no mean motion counts."""
     cell = loose(law(0.3, 0.4), count=216)

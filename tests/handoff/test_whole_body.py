@@ -239,6 +239,7 @@ def test_a_control_run_begins_at_rest_on_the_turning_body(handed, grains):
     assert np.abs(depth + DATUM.height(begun.position) + 0.8 * GRAIN).mean() < 0.5 * GRAIN
 
 
+@pytest.mark.validation
 def test_what_flies_is_a_grain_only_where_it_comes_back_in_time(grains):
     site, up = DATUM.site + 10.0 * DATUM.normal, DATUM.normal
     place = site + np.array([[0.0, 0.0, 0.0], [20.0, 0.0, 9.0], [-20.0, 0.0, 9.0], [0.0, 25.0, 12.0]])

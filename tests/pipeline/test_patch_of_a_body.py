@@ -61,6 +61,7 @@ def test_flat_ground_is_advised_under_the_gravity_at_the_site_and_not_where_noth
     assert as_half_space.advice(fast) == ""
 
 
+@pytest.mark.validation
 def test_a_control_run_is_not_refused_for_the_projectile_that_it_has_not():
     coarse = ('sph.spacing_at_impact="1 m"',)
     judged = [

@@ -110,6 +110,7 @@ def stopped_and_whole(tmp_path, monkeypatch, **chosen):
     return snapshot.read(whole / "last.vtkhdf"), snapshot.read(parts / "last.vtkhdf")
 
 
+@pytest.mark.validation
 def test_a_stage_with_both_resumes_to_the_last_bit(tmp_path, monkeypatch):
     one, other = stopped_and_whole(tmp_path, monkeypatch, numerics="monaghan", smoothing="density", volumes="start")
     for name in one:

@@ -75,6 +75,7 @@ def test_a_ball_bears_the_weight_of_what_lies_above():
     assert np.abs(found - known).max() < 0.04 * middle
 
 
+@pytest.mark.validation
 def test_a_spheroid_that_turns_as_a_fluid_would_is_in_balance():
     """Maclaurin's spheroid of c = 0.8 a: P = pi G rho^2 A_3 c^2 (1 - (x^2 + y^2) / a^2 - z^2 / c^2). Source:
     Chandrasekhar 1969, Ellipsoidal Figures of Equilibrium, section 32."""

@@ -74,7 +74,7 @@ def test_particles_carry_the_layer_masses(profile, uniform):
     assert (body.density[body.layer == 0] > 2700).all()
 
 
-@pytest.mark.parametrize("symmetry", ["none", "quarter"])
+@pytest.mark.parametrize("symmetry", [pytest.param("none", marks=pytest.mark.validation), "quarter"])
 def test_a_body_a_thousand_times_as_large_as_its_fine_part_is_full_there(symmetry):
     """A thousandth of the radius about the impact holds 1e-9 of the body, and no even sample of it."""
     ball = Target(layers=(Layer(name="soil", material="basalt", thickness=448.0),), start="literal")
