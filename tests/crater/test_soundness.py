@@ -239,7 +239,12 @@ def test_a_crater_that_still_grows_has_no_ratio_to_the_laws(growing, ratio):
         "range_of": ["zahnle_2003", "zahnle_2003"],
         "formation_time_s": 3.0,
     }
-    findings = SimpleNamespace(compared=SimpleNamespace(scaling=laws), transient={"volume": moment}, growing=growing)
+    findings = SimpleNamespace(
+        compared=SimpleNamespace(scaling=laws),
+        transient={"volume": moment},
+        growing=growing,
+        at_end_of_shock=lambda moment: False,
+    )
     found = report._scaling(findings)
     text = f"{found['rows']} {found['here']}"
     assert (ratio in text) if ratio else ("0.50" not in text and "still growing" in text)

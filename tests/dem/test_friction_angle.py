@@ -56,6 +56,7 @@ def test_the_cell_follows_the_normal_stress():
     assert -mean["xz"] / mean["zz"] > 0.25
 
 
+@pytest.mark.validation
 def test_friction_makes_the_shear_stress_larger():
     """Fast shear of small cells: smooth grains keep an angle below 13 deg, rough ones twice that, and rolling
     resistance adds to it."""

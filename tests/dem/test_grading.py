@@ -71,6 +71,7 @@ def test_grains_alike_are_a_growth_of_nothing():
     assert (sizes.at(np.array([0.0, 1e3])) == sizes.radius).all()
 
 
+@pytest.mark.validation
 def test_a_graded_bed_rests_and_packs_alike_in_both_zones(graded_bed):
     bed, report = graded_bed
     check_at_rest(report)
@@ -92,6 +93,7 @@ def test_a_graded_bed_rests_and_packs_alike_in_both_zones(graded_bed):
     assert solid[1] / solid[0] == pytest.approx(1.0, abs=0.06)
 
 
+@pytest.mark.validation
 def test_the_prediction_is_the_bed(graded_bed):
     bed, report = graded_bed
     settings = stage.Settings(**{**USUAL, "depth": 3.5}, target=TARGET, count=1800, packing="rcp")

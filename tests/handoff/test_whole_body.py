@@ -140,6 +140,7 @@ def handed(grains):
     return cloud, start, ledger, made[0]
 
 
+@pytest.mark.validation
 def test_mass_momentum_and_angular_momentum_of_the_whole_are_kept(handed):
     cloud, start, ledger, _ = handed
     before = correction.sums(cloud.mass, cloud.position, cloud.velocity)
@@ -161,6 +162,7 @@ def test_mass_momentum_and_angular_momentum_of_the_whole_are_kept(handed):
         assert ledger[name]["verdict"] == "pass", ledger[name]
 
 
+@pytest.mark.validation
 def test_grains_take_over_the_flow_where_they_are_in_the_turned_body(handed, grains):
     _, start, _, _ = handed
     order = np.argsort(grains.identity)
@@ -175,6 +177,7 @@ def test_grains_take_over_the_flow_where_they_are_in_the_turned_body(handed, gra
     assert start.attributes["time"] == TIME
 
 
+@pytest.mark.validation
 def test_grains_know_the_first_depth_of_their_matter_in_the_body_as_it_was_then(handed):
     """Of matter that has only turned since, first depth and distance are those of the grain in the bed."""
     _, start, ledger, _ = handed
@@ -185,6 +188,7 @@ def test_grains_know_the_first_depth_of_their_matter_in_the_body_as_it_was_then(
     assert abs(ledger["origin_first_depth_rel"]["value"]) < 0.02
 
 
+@pytest.mark.validation
 def test_the_springs_of_contacts_are_turned_with_the_body(handed, grains):
     _, start, _, _ = handed
     turn = rotation(OMEGA * TIME)
@@ -196,6 +200,7 @@ def test_the_springs_of_contacts_are_turned_with_the_body(handed, grains):
     assert np.array_equal(history[:, 6:], wanted[:, 6:])
 
 
+@pytest.mark.validation
 def test_the_hollow_is_carved_where_it_is(handed, grains):
     _, start, ledger, _ = handed
     back = start.position @ rotation(OMEGA * TIME)
@@ -227,6 +232,7 @@ def test_a_body_that_nothing_hit_goes_on_turning(grains):
     assert ledger["whole_momentum_rel"]["verdict"] == "pass"
 
 
+@pytest.mark.validation
 def test_a_control_run_begins_at_rest_on_the_turning_body(handed, grains):
     made = handed[-1]
     for kind in ("at_rest", "uncarved"):

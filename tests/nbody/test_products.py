@@ -148,6 +148,7 @@ def test_census_leaves_tables_and_pictures(tmp_path, capsys):
     assert (tmp_path / "encounters.h5").stat().st_mtime_ns == before
 
 
+@pytest.mark.validation
 def test_population_from_a_file_is_the_isotropic_one_at_its_elevations(tmp_path):
     path = tmp_path / "comets.csv"
     path.write_text("# comets\nspeed_at_infinity_km_s,inclination_deg,weight\n5,0,1\n8,60,3\n")

@@ -185,6 +185,7 @@ def _run(folder, monkeypatch, *options: str) -> int:
     return int(ended.value.code or 0)
 
 
+@pytest.mark.validation
 def test_a_shot_at_rubble_runs_and_says_what_became_of_the_blocks(tmp_path, capsys, monkeypatch):
     (tmp_path / "case.toml").write_text(CASE.format(blocks=TABLE))
     assert _run(tmp_path, monkeypatch, "--check") == 0

@@ -86,7 +86,8 @@ def heat_of_smooth_flow(jitter, viscosity):
     return float((i.cloud.mass * i.forces.rates.energy)[inside].sum())
 
 
-@pytest.mark.parametrize("jitter", [pytest.param(0.0, marks=pytest.mark.validation), 0.25])
+@pytest.mark.validation
+@pytest.mark.parametrize("jitter", [0.0, 0.25])
 def test_smooth_flow_hardly_feels_it(jitter):
     """Less than a tenth of the heat of Monaghan's viscosity at the same coefficients."""
     assert heat_of_smooth_flow(jitter, "reconstructed") < 0.1 * heat_of_smooth_flow(jitter, "monaghan")
