@@ -127,20 +127,20 @@ def by_resolution(rows: list[dict]) -> list[tuple[str, list[dict]]]:
     ]
 
 
-def draw(rows: list[dict], path: Path) -> None:
+def draw_coverage(rows: list[dict], path: Path) -> None:
     """How many truths lie within two sigma of each measure, by resolution, with the binomial error of the count."""
     fig = figure(7.4, 3.6)
     axis = fig.add_subplot()
     axis.axhspan(92.0, 98.0, color=INK[4], alpha=0.15, label="what is asked")
     for k, name in enumerate(NAMES):
-        place, found, error = [], [], []
+        at, found, error = [], [], []
         for j, (_, chosen) in enumerate(by_resolution(rows)):
             if chosen:
                 fraction = statistics(chosen, name)["within_2_sigma"]
-                place.append(j + 0.12 * (k - 2))
+                at.append(j + 0.12 * (k - 2))
                 found.append(100.0 * fraction)
                 error.append(100.0 * np.sqrt(max(fraction * (1.0 - fraction), 0.01) / len(chosen)))
-        axis.errorbar(place, found, error, fmt="o", markersize=5, color=INK[k], label=WORDS[name])
+        axis.errorbar(at, found, error, fmt="o", markersize=5, color=INK[k], label=WORDS[name])
     axis.set_xticks(range(len(BANDS)), [f"{words}\n({len(chosen)})" for words, chosen in by_resolution(rows)])
     axis.set_xlabel("particles per rim radius (craters)")
     axis.set_ylabel("truths within two sigma [%]")
@@ -219,7 +219,7 @@ def main() -> None:
     print(text)
     if asked.out:
         (asked.out / "coverage.md").write_text(text + "\n")
-        draw(rows, asked.out / "coverage.png")
+        draw_coverage(rows, asked.out / "coverage.png")
     if asked.json:
         content = {name: statistics(rows, name) for name in NAMES}
         content["peak_bytes"] = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
