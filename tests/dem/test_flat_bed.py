@@ -271,6 +271,7 @@ def test_a_body_is_filled_as_a_cap(tmp_path, bed_settings):
             bed_stage.run(bed_settings.model_copy(update=change), tmp_path, tmp_path)
 
 
+@pytest.mark.validation
 def test_a_carved_flat_bed_collapses(random_bed, tmp_path):
     """Flat ground: the flanks of a steep cavity give way, a grain thrown up flies beside the contact search and comes
     back, balances hold."""

@@ -120,6 +120,7 @@ def test_carved_shape(handed):
     assert np.mean(made.start.density) == pytest.approx(1100.0, rel=0.01)
 
 
+@pytest.mark.validation
 def test_nearest_mapping_is_worse_than_the_linear_one(flat_bed, made_of):
     errors = {}
     for mapping, (_, made, _) in {

@@ -225,6 +225,7 @@ def test_the_particles_of_a_body_are_counted_without_the_seconds_of_its_distance
     assert volume == pytest.approx(body.solid.volume, rel=0.02)
 
 
+@pytest.mark.validation
 def test_ground_at_the_site_of_a_large_body_is_as_full_as_flat_ground():
     """Particles of 12 cm on a kilometre whose surface is known on a grid of 9 m: where depths lay between its points,
     0.84 of the mass was there."""
