@@ -65,7 +65,7 @@ LIMITS: dict[str, Limit] = {
     "cavity_hausdorff_over_r": Limit(
         1.0,
         meaning="99 % of the surface of the source and of that of the carved bed lie within this distance of the "
-        "other, or all of both within 1.5",
+        "other; the acceptance list allows the largest distance 1.5",
     ),
     "cavity_volume_rel": Limit(
         0.02, meaning="or three standard errors of a cut through whole grains, where that is more"

@@ -26,8 +26,6 @@ NEARLY_ALL = 0.99
 """Part of a surface's area that lies within the partial Hausdorff distance of the other (Huttenlocher et al. 1993,
 IEEE PAMI 15, 850, eq. 6). The plain distance is that of the one worst grain among thousands: another draw of the bed
 moves it by a quarter of a radius."""
-WHOLLY = 1.5
-"""Grain radii within which all of either surface may lie; then it does not matter how much of it lies within less."""
 _CALIBRATION = 60_000
 
 
@@ -86,7 +84,6 @@ def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domai
             max(nearly_all(there, there_area), nearly_all(back, back_area)) / radius,
             f"partial Hausdorff distance ({NEARLY_ALL:.0%} of the area of either surface); rms "
             f"{np.sqrt(np.average(both**2, weights=area)):.3f}, largest {both.max():.3f}",
-            bound=WHOLLY if both.max() <= WHOLLY else LIMITS["cavity_hausdorff_over_r"].limit,
         )
     spacing = float(np.cbrt(handoff.carving.volume[handoff.carving.stays & wider].mean()))
     cut = (spacing, size.radius, size.depth, size.volume)

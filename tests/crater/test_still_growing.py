@@ -65,7 +65,7 @@ def test_one_snapshot_has_one_column(largest, titles):
 
 
 def test_the_page_and_the_terminal_call_a_crater_the_same():
-    """Its volume has come to rest, its diameter has not: what stands at the end still grows, in every list."""
+    """Only the diameter still grows at the end: every list says so of the last crater."""
     found_here = found(END)
     shock = replace(found_here.shock, growing=("diameter",))
     page = [label.title for label, _ in results.columns(replace(found_here, shock=shock))]

@@ -108,24 +108,6 @@ def test_a_floor_two_radii_too_high_is_too_far_from_the_source(in_a_plane):
     assert verdicts == ["fail", "pass"]
 
 
-@pytest.mark.parametrize(
-    "share, furthest, limit, verdict",
-    [(0.03, 1.4, 1.5, "pass"), (0.03, 1.6, 1.0, "fail"), (0.005, 3.0, 1.0, "pass"), (1.0, 1.4, 1.5, "pass")],
-)
-def test_all_of_the_surface_within_one_limit_or_nearly_all_within_another(
-    in_a_plane, monkeypatch, share, furthest, limit, verdict
-):
-    made, _, _, bed = in_a_plane
-    radius = float(bed.radius.mean())
-    distance = radius * np.where(np.arange(1000) < 1000 * share, furthest, 0.2)
-    known = (distance, np.ones(1000), 0.5 * distance, np.ones(1000))
-    monkeypatch.setattr(compare_clouds, "surface_distance", lambda *_: known)
-    book = Ledger()
-    account_cavity.enter(book, made, bed, made.region)
-    row = book["cavity_hausdorff_over_r"]
-    assert (row["limit"], row["verdict"]) == (limit, verdict)
-
-
 @pytest.mark.validation
 def test_bowl_on_a_sphere():
     radius, depth, rim = 500e3, 180e3, 40e3
