@@ -95,10 +95,6 @@ class FlatSettling(Settling):
             grains["state"] = np.zeros(len(grains))
             grains = self._take_headroom(grains)
         super()._begin(grains)
-        if self.plan[self.phase].name == "lay":
-            self.bed.A[self.bed.headroom == 0] = (
-                0.0  # not even the first step may move the bed, whose friction is off meanwhile
-            )
         self.drag_rate = float(self.bed.drag[0])
 
     def _pull(self, times: float) -> None:
@@ -134,9 +130,9 @@ class FlatSettling(Settling):
         """g in force now [m/s^2]."""
         return float(np.linalg.norm(self.gravity.uniform))
 
-    def above(self) -> np.ndarray:
-        """Which grains of the assembly lie above the datum."""
-        return self.bed.X[:, 2] > 0.0
+    def elevation(self) -> np.ndarray:
+        """Height of the grains of the assembly above the datum [m]."""
+        return self.bed.X[:, 2]
 
     def deep(self) -> np.ndarray:
         """Which grains may change radii under load."""

@@ -1,6 +1,6 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight is switched by the position of a grain (below or above the datum). Masses are set after ``load`` and once more
+Weight goes by the position of a grain (below the datum, or how far above it). Masses are set after ``load`` and once more
 after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
 comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
@@ -31,7 +31,10 @@ from matter.particles import Particles
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
-REST_LIMIT = 15
+FADES = 3.0
+"""Height above the datum over which the weight of grains fades out while the bed packs, in mean radii: where it ended
+at once, grains without friction would lie in layers."""
+REST_LIMIT = 60
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
 SINK_DRAG = 2.0
 """Rate of the drag while loose grains come down, times sqrt(r/g): none falls faster than half of sqrt(g r)."""
@@ -54,7 +57,6 @@ class Settling:
 
     plan: tuple[Phase, ...] = PHASES
     """The phases in their order."""
-    rest_limit: int = REST_LIMIT
     own: tuple[str, ...] = ("phase", "done", "repeats", "total", "steps", "free_speed")
     """Numbers of the settling that a checkpoint holds besides the assembly."""
 
@@ -73,8 +75,6 @@ class Settling:
         self.gravity = body.gravity()
         self.hard = self.springs_of_weight()
         self.falls = self.hard or loose is not None
-        if self.falls:
-            self.rest_limit = 4 * REST_LIMIT  # ``rest`` is short against their falls
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
         self.aside: Particles | None = None
         self.rested: Particles | None = None
@@ -112,9 +112,9 @@ class Settling:
         """g [m/s^2] that speeds are measured against."""
         return float(self.gravity.strength(np.array(self.body.radius)))
 
-    def above(self) -> np.ndarray:
-        """Which grains of the assembly lie above the datum."""
-        return self._squared_distance() > self.domain.datum_radius**2
+    def elevation(self) -> np.ndarray:
+        """Height of the grains of the assembly above the datum [m]."""
+        return np.linalg.norm(self.bed.X[:, :3], axis=1) - self.domain.datum_radius
 
     def deep(self) -> np.ndarray:
         """Which grains lie so far below the datum that their radii may be exchanged under load: at the datum the step
@@ -150,10 +150,12 @@ class Settling:
         # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
         damped = TOPPLE_DRAG if self.loose and now.name == "grip" else 1.0 if self.falls else 4.0
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
-        if now.name == "sink":
+        if now.name in ("sink", "cover"):
             fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
             self.steps = int(now.length * fall / self.bed.dt)
             self.bed.drag[:] = SINK_DRAG / fall
+        if now.name in ("cover", "lay"):
+            self._hold()  # not even the first step may move the bed
         self.fire = Fire(self.bed)
         self.done = 0
 
@@ -164,12 +166,10 @@ class Settling:
             self._weigh(self.done / self.steps)
         if now.fire:
             self.fire.step()
-            if now.name == "lay":
-                still = self.bed.headroom == 0
-                self.bed.W[still] = 0.0
-                self.bed.A[still] = 0.0
         else:
             self.bed.step()
+        if now.name in ("cover", "lay"):
+            self._hold()
         self.done += 1
         self.total += 1
         # hard grains come to rest without that, and exchanged radii pack tighter (0.67) than random ones
@@ -178,6 +178,12 @@ class Settling:
             if self.loose:  # grains with friction hold without it
                 which &= self.bed.kind == SPECIES.index("ocean")
             grain_packing.exchange_radii(self.bed, self.domain, now.name == "pack", which)
+
+    def _hold(self) -> None:
+        """Keep the grains of the bed still while the headroom moves."""
+        still = self.bed.headroom == 0
+        self.bed.W[still] = 0.0
+        self.bed.A[still] = 0.0
 
     def _squared_distance(self) -> np.ndarray:
         return np.einsum("ij,ij->i", self.bed.X[:, :3], self.bed.X[:, :3])
@@ -190,25 +196,23 @@ class Settling:
             return
         start, end = now.light
         light = max(end, start * (1.0 - 1.5 * part))
-        above = bed.headroom > 0 if self.phase >= self.phase_index("grip") else self.above()
-        bed.weight[:] = np.where(above, light, 1.0)
+        if self.phase >= self.phase_index("grip"):
+            full = (bed.headroom == 0).astype(float)
+        else:
+            full = np.clip(1.0 - self.elevation() / (FADES * bed.mean_radius), 0.0, 1.0)
+        bed.weight[:] = light + (1.0 - light) * full
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""
-        now, rest, free, lay = (
-            self.plan[self.phase],
-            self.phase_index("rest"),
-            self.phase_index("free"),
-            self.phase_index("lay"),
-        )
+        now, rest, free = self.plan[self.phase], self.phase_index("rest"), self.phase_index("free")
         bed = self.bed
-        if self.phase == lay:
+        if self.phase == len(self.plan) - 1:
             return False
         grains = bed.particles({"time": 0.0})
         if self.phase in (rest, free):
             g = self.surface_gravity()
             residual = bed_measures.residual(bed, g)
-            enough = self.repeats >= self.rest_limit
+            enough = self.repeats >= REST_LIMIT
             self.repeats += 1
             if now.name == "rest":
                 sloshing = self.sloshing(bed) / residual["unit_m_s"]
@@ -222,7 +226,7 @@ class Settling:
                 self.rested = grains
             else:
                 quiet = residual["rms"] < self.limit and residual["max"] < LOOSE * self.limit
-                self.phase = lay if quiet or enough else rest
+                self.phase = free + 1 if quiet or enough else rest
                 self.free_speed = residual["rms"]
         else:
             self.phase += 1
@@ -235,9 +239,11 @@ class Settling:
             grains = self._grown(grains)
         if self.phase == self.phase_index("grip"):
             grains = self._take_headroom(grains)
-        if self.phase == lay:
+        if self.phase == free + 1:
             assert self.rested is not None
             grains = self._give_headroom(self.rested)
+        elif self.phase > free:
+            grains = self._stopped(grains)
         self._begin(grains)
         return True
 
@@ -264,9 +270,14 @@ class Settling:
         """The settled bed and the headroom, at rest, in one; the contacts of the bed keep their history."""
         assert self.aside is not None
         fields = {name: np.concatenate([grains[name], self.aside[name]]) for name in grains}
+        return self._stopped(Particles(fields, grains.attributes))
+
+    @staticmethod
+    def _stopped(grains: Particles) -> Particles:
+        """The grains at rest."""
         for name in ("velocity", "angular_velocity"):
-            fields[name] = np.zeros_like(fields[name])
-        return Particles(fields, grains.attributes)
+            grains[name] = np.zeros_like(grains[name])
+        return grains
 
     def result(self) -> Assembly:
         """The bed with its headroom, at rest, under the real contact laws, with the contact history of the bed."""

@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 import pytest
+from scipy.spatial import cKDTree
 
 from dem.beds import bed_measures, loose_packing, stage
 from dem.beds.bed_domain import Domain
@@ -74,6 +75,18 @@ def test_its_surface_is_level_at_the_datum(loose):
     assert upper.sum() > 20
     head = bed.position[(bed.headroom == 1) & inside, 2]
     assert box.top - 3.0 * r < np.percentile(head, 99.0) + r < box.top + 3.0 * r
+
+
+def test_headroom_lies_on_the_bed(loose):
+    """Grains of the lowest layer of the headroom touch three others within half a percent of a radius. Where they were
+    only moved out of the bed that had come to rest below them, a third did not."""
+    bed, _ = loose
+    r = bed.radius.mean()
+    distance, near = cKDTree(bed.position).query(bed.position, k=13)
+    gap = np.sort(distance[:, 1:] - bed.radius[:, None] - bed.radius[near[:, 1:]], axis=1)
+    lowest = (bed.headroom == 1) & (bed.position[:, 2] < r)
+    assert lowest.sum() > 50
+    assert np.mean(gap[lowest, 2] < 0.005 * r) > 0.85
 
 
 @pytest.mark.validation
