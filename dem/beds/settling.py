@@ -1,8 +1,8 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight goes by the position of a grain (below the datum, or how far above it). Masses are set after ``load`` and once more
-after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
-comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
+Weight goes by the position of a grain (below the datum, or how far above it). Masses are set after ``load`` and once
+more after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the
+bed comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
 
 from __future__ import annotations
