@@ -34,14 +34,19 @@ def number(value: float) -> str:
     return text if any(sign in text for sign in ".e") else f"{text}.0"
 
 
+def key(name: str) -> str:
+    """A key of TOML, in quotes where it needs them."""
+    return str(tomlkit.key(name).as_string())
+
+
 def pairs(content: Mapping[str, Any]) -> list[str]:
     """Lines of a table: texts, lists of texts, whole numbers and dates as TOML has them."""
-    return [f"{name} = {tomlkit.item(value).as_string()}" for name, value in content.items()]
+    return [f"{key(name)} = {tomlkit.item(value).as_string()}" for name, value in content.items()]
 
 
 def table_of(chances: Mapping[str, float]) -> str:
     """An inline table of numbers."""
-    return "{ " + ", ".join(f"{tomlkit.key(name).as_string()} = {number(p)}" for name, p in chances.items()) + " }"
+    return "{ " + ", ".join(f"{key(name)} = {number(p)}" for name, p in chances.items()) + " }"
 
 
 def quantity(words: Mapping[str, Any], columns: Mapping[str, np.ndarray]) -> list[str]:
