@@ -178,9 +178,11 @@ def text(given: Mapping[str, Any], made: Mapping[str, forecast.Samples], worth: 
     for run in given["run"] + given["run_2400"]:
         out += ["", "[[run]]", *(f"{name} = {json.dumps(value)}" for name, value in run.items())]
     for row in ROWS:
-        words = {"name": row.name, "unit": row.unit, "definition": row.words, "frame": row.frame, "basis": row.basis,
-                 "derivation": row.why, "condition_in": conditioned(row)}  # fmt: skip
-        out += forecast_files.quantity(words, {column: made[column][row.name] for column in forecast.COLUMNS})
+        about: dict[str, Any] = {
+            "name": row.name, "unit": row.unit, "definition": row.words, "frame": row.frame, "basis": row.basis,
+            "derivation": row.why, "condition_in": conditioned(row),
+        }  # fmt: skip
+        out += forecast_files.quantity(about, {column: made[column][row.name] for column in forecast.COLUMNS})
     out += ["", "[class]", 'basis = "scaled from runs, with estimates: factors edge and neither"']
     out += [f'{name} = "{words}"' for name, words in CLASS_WORDS.items()]
     for column in forecast.COLUMNS:

@@ -48,7 +48,11 @@ def rows_of(sweep, error=0.0):
         if k == 1:
             row |= {"state": "failed", "reason": 'dem: "overlap" \u00d7 2'}
         elif k < WHOLE:
-            row |= {"body/beta_normal": BETA[k] - 0.2, "body/beta_normal_sigma": error, "body/hollow_across_m": 90.0 + k}
+            row |= {
+                "body/beta_normal": BETA[k] - 0.2,
+                "body/beta_normal_sigma": error,
+                "body/hollow_across_m": 90.0 + k,
+            }
             row["class"] = "crater" if k < 8 else "reshaped"
         rows.append(row)
     return rows
@@ -84,7 +88,9 @@ def test_it_says_what_its_members_came_to(read, sweep):
     listed = dict(reversed(line.split()) for line in (sweep.folder / "SHA256SUMS").read_text().splitlines())
     assert files == sums == listed
     page = (sweep.folder / "forecast.html").read_text()
-    assert all(text in page for text in (*files.values(), "m0002", "reshaped with a chance of 0.66", "39 of 40 members"))
+    assert all(
+        text in page for text in (*files.values(), "m0002", "reshaped with a chance of 0.66", "39 of 40 members")
+    )
 
 
 def test_it_is_scored_by_its_members_and_their_errors(read, sweep):
