@@ -82,6 +82,9 @@ def test_joint_skill_measures_both_in_the_same_lengths():
     ratio = scores.energy(ours, seen) / scores.energy(theirs, seen, ours.std(axis=0))
     assert found.loc["jointly", "skill_published"] == pytest.approx(1.0 - ratio)
     assert np.isnan(found.loc["jointly", "skill_scaling_law"])  # it has no mass
+    # of three quantities the reference has two: together they are another thing
+    more = bolide.score(FORECAST, observed | {"deepest": 31.0}, against=FORECAST.with_name("hera_references.toml"))
+    assert np.isnan(more.loc["jointly", "skill_published"]) and np.isfinite(more.loc["jointly", "skill_prior"])
 
 
 def test_a_file_that_is_no_forecast_is_told(tmp_path):

@@ -1,6 +1,7 @@
 """A forecast by a sweep over priors: what its files say is what its members came to, on made-up tables."""
 
 import tomllib
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +17,7 @@ from pipeline.store import provenance
 from pipeline.sweeps import sweep_forecast, sweep_run, sweep_table
 from pipeline.sweeps.sweep import planned_sweep, read_table
 
+ROOT = Path(__file__).resolve().parents[2]
 MEMBERS, WHOLE = 40, 24
 PRIORS = f"""
 [sweep]
@@ -175,3 +177,16 @@ def test_without_priors_it_is_refused(read, tmp_path, change, vary, ensemble, wo
         read.sweep.clear()
     with pytest.raises(InputError, match=words):
         sweep_command.swept(read, tmp_path / "runs", vary, ensemble, None, 1, [], None, None, forecast=True)
+
+
+def test_the_shipped_example_is_ten_lines_and_draws_its_members(tmp_path):
+    file = ROOT / "examples" / "own_forecast.toml"
+    said = [line for line in file.read_text().splitlines() if line and not line.startswith("#")]
+    assert len(said) <= 13
+    read = cases.read(file)
+    drawn = planned_sweep(read, read_table(read.sweep, ()), tmp_path).members
+    assert [member.until for member in drawn] == [None, None, "sph", "sph"]
+    key = "sph.materials.regolith_ryugu.p_alpha.alpha0"
+    assert all(
+        2700.0 / member.values[key] == pytest.approx(float(member.drawn["density"].split()[0])) for member in drawn
+    )
