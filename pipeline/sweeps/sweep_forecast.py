@@ -23,10 +23,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import tomlkit
+from scipy.special import ndtri
 
 from crater.bodies.classes import CLASSES
 from crater.drawing.figure import INK, figure, save
-from matter import scores
 from matter.errors import Unsound
 from matter.files import archive
 from matter.wording import body_measures, crater_measures, drawing, page, readable
@@ -40,6 +40,8 @@ NAME, PAGE, PICTURE = "forecast", "forecast.html", "forecast.png"
 WHOLE = "whole_chain"
 COLUMNS = {WHOLE: ("final", "body"), "shock_stage": ("transient", "shock")}
 """Column of the forecast -> what the sweep's table calls its measures."""
+SCORES = ndtri((np.arange(49) + 0.5) / 49)
+"""Normal scores: the quantiles of a normal distribution, evenly by chance."""
 _SAID = {
     WHOLE: "members that ran all stages: the crater of the last snapshot, the body at the end",
     "shock_stage": "all members whose shock stage is done: the crater at its largest, what had left by the end of the "
@@ -70,9 +72,11 @@ class Quantity(NamedTuple):
     errors: Mapping[str, float]
 
     def widened(self, column: str) -> np.ndarray:
-        """The members of a column that have it, with their own error added."""
-        found = self.values[column]
-        return scores.blurred(found[np.isfinite(found)], self.errors[column])
+        """The members of a column that have it, each with every one of ``SCORES`` times their error: few members with
+        one error each could lie closer together than without."""
+        found, error = self.values[column], self.errors[column]
+        found = found[np.isfinite(found)]
+        return np.add.outer(found, error * SCORES).ravel() if error else found
 
 
 def quantities(rows: Sequence[Row]) -> list[Quantity]:
@@ -268,7 +272,7 @@ def _cell(one: Quantity, column: str) -> str:
     values = np.quantile(one.widened(column), forecast_files.LEVELS)
     factor, symbol = readable.scale(float(np.abs(values).max()), one.unit)
     words = forecast_files.range_words(values, lambda value: readable.number(factor * value, 3))
-    return words if symbol == "1" else f"{words} {symbol}"
+    return f"{words} {symbol}".rstrip()
 
 
 def headline(found: Sequence[Quantity], counts: Mapping[str, int]) -> str:
@@ -291,9 +295,9 @@ def _draw(found: Sequence[Quantity], path: Path) -> None:
         axes = fig.add_subplot(rows, 3, number + 1)
         values = {column: np.quantile(one.widened(column), forecast_files.LEVELS) for column in one.values}
         factor, symbol = readable.scale(max(float(np.abs(x).max()) for x in values.values()), one.unit)
-        title = f"{one.words}{f' [{symbol}]' if symbol != '1' else ''}"
+        title = f"{one.words}{f' [{symbol}]' if symbol else ''}"
         bars = {colours[column]: factor * x for column, x in values.items()}
-        forecast_picture.panel(axes, title if len(title) < 48 else one.name, bars)
+        forecast_picture.panel(axes, title if len(title) < 40 else one.name, bars)
     save(fig, path)
 
 
@@ -302,9 +306,9 @@ def terminal(sweep: Sweep, rows: Sequence[Row], sums: Mapping[str, str]) -> str:
     found = quantities(rows)
     columns = [column for column in COLUMNS if members_of(found, column)]
     cells = [[one.words, *(_cell(one, column) for column in columns)] for one in found]
-    widths = [max(len(line[k]) for line in [["", *map(_plain, columns)], *cells]) + 2 for k in range(len(columns) + 1)]
-    table = [["forecast", *map(_plain, columns)], *cells]
-    lines = [readable.terminal("".join(f"{text:<{w}}" for text, w in zip(line, widths)).rstrip()) for line in table]
+    table = [["forecast", *map(_plain, columns)], *([readable.terminal(cell) for cell in line] for line in cells)]
+    widths = [max(map(len, column)) + 2 for column in zip(*table)]
+    lines = ["".join(f"{cell:<{width}}" for cell, width in zip(line, widths)).rstrip() for line in table]
     if counts := class_counts(rows):
         lines += ["", "chances: " + ", ".join(f"{one} {p:.2f}" for one, p in chances(counts).items())]
     lines += ["", *(f"{code}  {sweep.folder / file}" for file, code in sums.items()), f"page: {sweep.folder / PAGE}"]

@@ -120,7 +120,13 @@ def test_members_errors_widen_the_quantiles(read, sweep):
     rows = rows_of(sweep, error=2.0)
     sweep_forecast.write(sweep, read, rows)
     low, _, _, _, high = table_of(sweep)["quantity"][-1]["whole_chain"]
-    assert high - low == pytest.approx(2 * 1.96 * np.hypot(2.0, 0.5), rel=0.25)
+    assert high - low == pytest.approx(2 * 1.96 * np.hypot(2.0, 0.5), rel=0.05)
+    # of two members as well: the mixture of both
+    sweep_forecast.write(sweep, read, [rows[0], rows[2]])
+    one, other = (rows[k]["body/beta_normal"] for k in (0, 2))
+    low, _, _, _, high = table_of(sweep)["quantity"][0]["whole_chain"]
+    assert stats.norm(one, 2.0).cdf(low) + stats.norm(other, 2.0).cdf(low) == pytest.approx(0.05, abs=0.01)
+    assert stats.norm(one, 2.0).sf(high) + stats.norm(other, 2.0).sf(high) == pytest.approx(0.05, abs=0.01)
 
 
 def test_made_again_it_is_the_same_and_keeps_its_date(read, sweep, monkeypatch):
