@@ -124,7 +124,7 @@ def test_members_errors_widen_the_quantiles(read, sweep):
     # of two members as well: the mixture of both
     sweep_forecast.write(sweep, read, [rows[0], rows[2]])
     one, other = (rows[k]["body/beta_normal"] for k in (0, 2))
-    low, _, _, _, high = table_of(sweep)["quantity"][0]["whole_chain"]
+    low, _, _, _, high = table_of(sweep)["quantity"][-1]["whole_chain"]
     assert stats.norm(one, 2.0).cdf(low) + stats.norm(other, 2.0).cdf(low) == pytest.approx(0.05, abs=0.01)
     assert stats.norm(one, 2.0).sf(high) + stats.norm(other, 2.0).sf(high) == pytest.approx(0.05, abs=0.01)
 
