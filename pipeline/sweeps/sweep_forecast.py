@@ -40,7 +40,7 @@ NAME, PAGE, PICTURE = "forecast", "forecast.html", "forecast.png"
 WHOLE = "whole_chain"
 COLUMNS = {WHOLE: ("final", "body"), "shock_stage": ("transient", "shock")}
 """Column of the forecast -> what the sweep's table calls its measures."""
-SCORES = ndtri((np.arange(49) + 0.5) / 49)
+SCORES = ndtri((np.arange(199) + 0.5) / 199)
 """Normal scores: the quantiles of a normal distribution, evenly by chance."""
 _SAID = {
     WHOLE: "members that ran all stages: the crater of the last snapshot, the body at the end",
