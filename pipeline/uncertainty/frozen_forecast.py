@@ -29,7 +29,7 @@ class Seen(NamedTuple):
     sigma: float
 
     @classmethod
-    def of(cls, name: str, given: Any) -> Seen:
+    def parsed(cls, name: str, given: Any) -> Seen:
         """A value or (value, sigma). Raises ``InputError`` where it is neither."""
         value, sigma = given if isinstance(given, tuple | list) else (given, 0.0)
         if not (math.isfinite(value) and 0.0 <= sigma < math.inf):
@@ -136,7 +136,7 @@ def rows_of(
 
 def seen_of(observed: Mapping[str, Any]) -> dict[str, Seen]:
     """The quantities among what was observed."""
-    return {name: Seen.of(name, given) for name, given in observed.items() if name not in KINDS}
+    return {name: Seen.parsed(name, given) for name, given in observed.items() if name not in KINDS}
 
 
 def together(column: Column, seen: Mapping[str, Seen]) -> np.ndarray:
