@@ -166,10 +166,10 @@ def write(
 def known(given: Mapping[str, Any]) -> dict[str, tuple[str, tuple[float, float], float, str]]:
     """What is known already: its words, value and error, the factor of the table and its unit."""
     seen = given["observed"]
-    left, delta_v = seen["mass_left"], seen["dv_track"]
+    left, dv = seen["mass_left"], seen["dv_track"]
     middle = math.sqrt(left["low_kg"] * left["high_kg"])
     return {
-        "dv_observable": ("change of speed", (1e-3 * delta_v["value_mm_s"], 1e-3 * delta_v["sigma_mm_s"]), 1e3, "mm/s"),
+        "dv_observable": ("change of speed", (1e-3 * dv["value_mm_s"], 1e-3 * dv["sigma_mm_s"]), 1e3, "mm/s"),
         "density": ("density (Makadia et al. 2026)", tuple(seen["makadia"]["density_kg_m3"]), 1.0, "kg/m3"),
         "a_over_b": ("a/b (Naidu et al. 2024)", tuple(seen["shape"]["a_over_b"]), 1.0, ""),
         "a_over_c": ("a/c (Naidu et al. 2024)", tuple(seen["shape"]["a_over_c"]), 1.0, ""),
