@@ -32,11 +32,11 @@ def crps(draws: np.ndarray, observed: float) -> float:
     return float(np.mean(np.abs(x - observed)) - spread)
 
 
-def energy(draws: np.ndarray, observed: np.ndarray) -> float:
-    """The fair energy score of joint draws (n, d) against what was observed (d,), with no unit; NaN where a quantity's
-    draws are all alike."""
+def energy(draws: np.ndarray, observed: np.ndarray, size: np.ndarray | None = None) -> float:
+    """The fair energy score of joint draws (n, d) against what was observed (d,), with no unit: lengths over ``size``
+    (d,), the standard deviation of the draws where left out; NaN where one of these is 0."""
     x = np.asarray(draws, dtype=float)
-    size = x.std(axis=0)
+    size = x.std(axis=0) if size is None else np.asarray(size)
     if not np.all(size > 0.0):
         return math.nan
     away = np.linalg.norm((x - observed) / size, axis=1)

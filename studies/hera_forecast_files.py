@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -13,13 +12,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.special import ndtr
 
-from matter.errors import InputError
-from matter.files import archive
+from pipeline.uncertainty import forecast_files
+from pipeline.uncertainty.forecast_files import LEVELS, number, table_of
 from studies import hera_forecast as forecast
 from studies import hera_forecast_picture
-
-LEVELS = (0.025, 0.16, 0.5, 0.84, 0.975)
-
 
 SHOWN = {
     "mass": ("mass, 1e9 kg", 1e-9, 2), "density": ("bulk density, kg/m3", 0.1, 0),
@@ -90,17 +86,6 @@ CLASS_WORDS = {
 def conditioned(row: Row) -> list[str]:
     """The columns in which a quantity is a condition and no forecast."""
     return list(forecast.COLUMNS) if row.basis == "condition" else ["all_known"] if row.known else []
-
-
-def number(value: float) -> str:
-    """Four digits, as a float of TOML."""
-    text = f"{value:.4g}"
-    return text if any(sign in text for sign in ".e") else f"{text}.0"
-
-
-def table_of(pairs: Mapping[str, float]) -> str:
-    """An inline table of numbers."""
-    return "{ " + ", ".join(f"{name} = {number(value)}" for name, value in pairs.items()) + " }"
 
 
 def trials(given: Mapping[str, Any]) -> list[tuple[str, str, float, float, float, float, float]]:
@@ -193,14 +178,11 @@ def text(given: Mapping[str, Any], made: Mapping[str, forecast.Samples], worth: 
     for run in given["run"] + given["run_2400"]:
         out += ["", "[[run]]", *(f"{name} = {json.dumps(value)}" for name, value in run.items())]
     for row in ROWS:
-        out += [
-            "", "[[quantity]]", f'name = "{row.name}"', f'unit = "{row.unit}"', f'definition = "{row.words}"',
-            f'frame = "{row.frame}"', f'basis = "{row.basis}"', f'derivation = "{row.why}"',
-            f"condition_in = {json.dumps(conditioned(row))}",
-        ]  # fmt: skip
-        for column in forecast.COLUMNS:
-            values = np.quantile(made[column][row.name].astype(float), LEVELS)
-            out.append(f"{column} = [{', '.join(map(number, values))}]")
+        about: dict[str, Any] = {
+            "name": row.name, "unit": row.unit, "definition": row.words, "frame": row.frame, "basis": row.basis,
+            "derivation": row.why, "condition_in": conditioned(row),
+        }  # fmt: skip
+        out += forecast_files.quantity(about, {column: made[column][row.name] for column in forecast.COLUMNS})
     out += ["", "[class]", 'basis = "scaled from runs, with estimates: factors edge and neither"']
     out += [f'{name} = "{words}"' for name, words in CLASS_WORDS.items()]
     for column in forecast.COLUMNS:
@@ -242,17 +224,8 @@ def write(given: Mapping[str, Any], out: Path) -> None:
     """Write table, draws and picture into ``out``. Raises ``InputError`` where a file is there and differs."""
     made, worth = forecast.draws(given)
     name = given["name"]
-    with tempfile.TemporaryDirectory() as folder:
-        new = Path(folder)
-        archive.write_text(new / f"{name}.toml", text(given, made, worth))
-        attributes = {"name": name, "frozen": str(given["frozen"]), "seed": given["seed"], "headline": "makadia"}
-        archive.write(new / f"{name}_draws.h5", arrays(made), attributes, compress=False)
-        for file in (f"{name}.toml", f"{name}_draws.h5"):
-            old, bytes_ = out / file, (new / file).read_bytes()
-            if old.is_file() and old.read_bytes() != bytes_:
-                raise InputError(f"{old} is frozen and would change: give the new forecast a name of its own")
-            with archive.replacing(old) as temporary:
-                temporary.write_bytes(bytes_)
+    attributes = {"name": name, "frozen": str(given["frozen"]), "seed": given["seed"], "headline": "makadia"}
+    forecast_files.write(out, name, text(given, made, worth), arrays(made), attributes, frozen=True)
     hera_forecast_picture.picture(made, out / f"{name}.png")
 
 
@@ -270,9 +243,9 @@ def table(content: Mapping[str, Any]) -> str:
             continue
         cells = []
         for column in forecast.COLUMNS:
-            low, less, middle, more, high = (shown(found["name"], value) for value in found[column])
-            strong = "**" if column == "makadia" else ""
-            cell = f"{strong}{middle}{strong} ({less} to {more}; {low} to {high})"
+            cell = forecast_files.range_words(found[column], lambda value, name=found["name"]: shown(name, value))
+            if column == "makadia":
+                cell = f"**{cell.replace(' (', '** (', 1)}"
             cells.append("a condition" if column in found["condition_in"] else cell)
         basis = found["basis"].removeprefix("scaled from ")
         rows.append(f"| {SHOWN[found['name']][0]} | {' | '.join(cells)} | {basis} |")

@@ -115,12 +115,15 @@ def depression(ground: Relief, within: float = np.inf) -> tuple[float, float, fl
 
     The hollow is what lies below half of the deepest smoothed height, taken about its centroid; it is looked for
     ``within`` [m] of the axis. It is deeper than the noise: that of the undisturbed ground where it is known (what a
-    crater throws on the ground, whole layers of a lattice even, is no noise), else that of the ground itself.
+    crater throws on the ground, whole layers of a lattice even, is no noise), else that of the ground itself. Raises
+    ``InputError`` where no ray meets any ground.
     """
     columns = ground.columns
     ring = columns.ring
     s, azimuth, h = columns.distance[ring], columns.azimuth, ground.rays
     good = np.isfinite(h)
+    if not good.any():
+        raise InputError("no ray about the site meets any ground: it is gone, or the datum lies elsewhere")
     area = (np.diff(columns.edges)[ring] * np.maximum(s, 1.0) / columns.count[ring])[good]
     x, y, h = (s * np.cos(azimuth))[good], (s * np.sin(azimuth))[good], h[good]
     smooth = _smooth(x, y, h)

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import api_pages
 import gallery_page
+import hera_page
 import law_pages
 import notebook_pages
 import speed_page
@@ -46,6 +47,7 @@ def write(site: Path) -> None:
     pages |= laws(site)
     pages = {f"reference/{name}": text for name, text in pages.items()} | documents(site)
     pages["gallery"] = gallery_page.page()
+    pages["hera"] = hera_page.page(site)
     pages |= notebook_pages.pages(site)
     for name, text in pages.items():
         path = site / f"{name}.md"

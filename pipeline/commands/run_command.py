@@ -129,6 +129,13 @@ def run_case(
             "of the handoff (--check: what they cost).",
         ),
     ] = False,
+    forecast: Annotated[
+        bool,
+        typer.Option(
+            "--forecast",
+            help="Run [sweep] kind = 'prior' and write what it forecasts: quantiles, chances, draws, SHA-256, a page.",
+        ),
+    ] = False,
     scheduler: Annotated[
         str | None,
         typer.Option(
@@ -198,20 +205,25 @@ def run_case(
         if errors:
             from pipeline.commands import error_command
 
-            others = [(sweep or vary, "a sweep"), (ensemble is not None, "--ensemble"), (emit, "--emit")]
+            others = [
+                (sweep or vary, "a sweep"),
+                (forecast, "--forecast"),
+                (ensemble is not None, "--ensemble"),
+                (emit, "--emit"),
+            ]
             return error_command.with_errors(read, out or RUNS, threads, check, status, [*others, (until, "--until")])
-        if sweep or vary or status or emit or ensemble is not None:
+        if sweep or vary or status or emit or forecast or ensemble is not None:
             from pipeline.commands import sweep_command
 
             instead = [(check, "--check"), (status, "--status"), (emit, "--emit")]
             return sweep_command.swept(
-                read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler
+                read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler, forecast
             )
         check_sweep(read.sweep)
         if checkpoint_every:
             set_pace(Pace.from_text(checkpoint_every))
         if scheduler:
-            raise InputError("--scheduler goes with --sweep, --vary or --ensemble")
+            raise InputError("--scheduler goes with --sweep, --vary, --forecast or --ensemble")
         request = Request(read, out or RUNS, start, until, fresh, threads)
         if budget:
             request = _fitted(request, pruning.size_of(budget), size)

@@ -1,5 +1,5 @@
-"""``run_case`` with ``--sweep``, ``--vary`` or ``--ensemble``: many runs of a case, or what was asked for instead of
-running them."""
+"""``run_case`` with ``--sweep``, ``--vary``, ``--forecast`` or ``--ensemble``: many runs of a case, or what was asked
+for instead of running them."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from matter.errors import InputError
 from pipeline.running import run_process
 from pipeline.sweeps import ensemble as ensembles
 from pipeline.sweeps import sweep as sweeps
-from pipeline.sweeps import sweep_dask, sweep_jobs, sweep_run, sweep_table
+from pipeline.sweeps import sweep_dask, sweep_forecast, sweep_jobs, sweep_run, sweep_table
 
 
 def swept(
@@ -23,8 +23,12 @@ def swept(
     instead: list[tuple[Any, str]],
     recompute: Any,
     scheduler: str | None,
+    forecast: bool = False,
 ) -> int:
-    """Run a sweep or an ensemble, or what was asked for ``instead``."""
+    """Run a sweep or an ensemble, with ``forecast`` also write what the sweep forecasts; or what was asked for
+    ``instead``."""
+    if forecast:
+        _check_priors(case, vary, ensemble)
     asked = [(value, option) for value, option in instead if value]
     if ensemble is not None and vary:
         raise InputError("--ensemble varies the seeds alone: leave out --vary")
@@ -62,12 +66,30 @@ def swept(
         failed = sweep_dask.run(sweep, each, scheduler, say)
     else:
         failed = sweep_run.Runner(sweep, each, sweep_run.side_by_side(sweep, each), say).run()
-    print(f"\n{sweep_table.text(sweep_table.write(sweep, failed))}", flush=True)
-    if ensemble is not None and (rows := ensembles.spread(sweep)):
-        print(f"\nspread of the draws\n{ensembles.text(rows)}\n", flush=True)
-        request, arguments = ensembles.measured(sweep, rows, each)
+    rows = sweep_table.write(sweep, failed)
+    print(f"\n{sweep_table.text(rows)}", flush=True)
+    if forecast:
+        made = sweep_forecast.write(sweep, case, rows)
+        print(f"\n{sweep_forecast.terminal(sweep, rows, made)}", flush=True)
+    if ensemble is not None and (spread := ensembles.spread(sweep)):
+        print(f"\nspread of the draws\n{ensembles.text(spread)}\n", flush=True)
+        request, arguments = ensembles.measured(sweep, spread, each)
         code = run_process.as_process(arguments)
         if code != 0 and not request.run_folder.is_dir():
             return code
     print(f"\nresult: {sweep.folder}", flush=True)
     return 1 if failed else 0
+
+
+def _check_priors(case: Any, vary: list[str], ensemble: int | None) -> None:
+    """Raise ``InputError`` where there are no priors to forecast from."""
+    if vary or ensemble is not None:
+        other = "--vary" if vary else "--ensemble"
+        raise InputError(f"--forecast draws from the priors of [sweep]: leave out {other}")
+    kind = case.sweep.get("kind", "grid" if case.sweep else "")
+    if kind != "prior":
+        found = f'kind = "{kind}"' if kind else "no [sweep]"
+        raise InputError(
+            f'--forecast goes with [sweep] kind = "prior", and {case.file} has {found}: only distributions give '
+            f"chances (run_case --describe sweep)"
+        )

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from crater.ground import cloud, datum, locate
 from crater.measures.measure import measure
 from fixtures import synthetic_craters as synthetic
+from matter.errors import InputError
 from matter.geometry import frame
 from matter.particles import Particles
 
@@ -125,3 +128,12 @@ def test_expanded_matter_is_ground_where_it_sinks_with_the_floor(up: float, coun
     held = cloud.supported(cloudy, height, speed, 1.6, 300.0)
     assert held[~top].mean() > 0.99 and held[top].mean() == pytest.approx(1.0 if counts else 0.0, abs=0.02)
     assert not cloud.supported(cloudy)[top].any()
+
+
+def test_where_no_ray_meets_ground_it_is_said() -> None:
+    """An impact may tear away all that lay about the site: no hollow can be looked for, and that is no crash."""
+    scene = locate.prepare(_crater(np.empty((0, 3)), 0.0), datum.plane(), None, SEARCH)
+    ground = locate.look(scene, scene.datum, SEARCH.sectors)
+    assert locate.depression(ground)[2] > 0.0
+    with pytest.raises(InputError, match="no ray about the site meets any ground"):
+        locate.depression(replace(ground, rays=np.full_like(ground.rays, np.nan)))

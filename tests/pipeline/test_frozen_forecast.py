@@ -3,6 +3,7 @@
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import bolide
@@ -53,3 +54,45 @@ def test_a_changed_forecast_is_not_scored(tmp_path):
         bolide.score(tmp_path / FORECAST.name, {"mass": 2.6e9})
     with pytest.raises(InputError, match="missing"):
         bolide.score(tmp_path / "hera_v9.toml", {"mass": 2.6e9})
+
+
+def test_skill_is_one_less_the_ratio_of_the_scores():
+    """Against the forecast's own columns it is what their scores say; against itself it is 0."""
+    observed = {"mass": (4.0e9, 2e7), "a_over_b": 1.3, "class": "crater"}
+    found = bolide.score(FORECAST, observed, against=FORECAST)
+    assert found["skill_makadia"].tolist() == [0.0, 0.0, 0.0, 0.0]
+    flat = bolide.score(FORECAST, observed, column="flat")
+    assert found.loc["mass", "skill_flat"] == 1.0 - found.loc["mass", "crps"] / flat.loc["mass", "crps"] < 0.0
+    assert found.loc["class", "skill_flat"] == 1.0 - found.loc["class", "brier"] / flat.loc["class", "brier"]
+    # a/b is a condition there, so it has no skill against that column, nor have both together
+    assert np.isnan(found.loc[["a_over_b", "jointly"], "skill_all_known"].to_numpy(float)).all()
+    assert np.isfinite(found.loc["mass", "skill_all_known"])
+
+
+def test_joint_skill_measures_both_in_the_same_lengths():
+    """The reference's own spread would forgive a wide reference: its energy is taken in the forecast's lengths."""
+    observed = {"mass": 2.5e9, "hollow": 117.0}
+    found = bolide.score(FORECAST, observed, against=FORECAST.with_name("hera_references.toml"))
+    draws = [archive.read(FORECAST.with_name(f"{name}_draws.h5"))[0] for name in ("hera_v0", "hera_references")]
+    ours, theirs = (
+        np.column_stack([one[f"{column}/{name}"] for name in observed]).astype(float)
+        for one, column in zip(draws, ("makadia", "published"))
+    )
+    seen = np.array(list(observed.values()))
+    ratio = scores.energy(ours, seen) / scores.energy(theirs, seen, ours.std(axis=0))
+    assert found.loc["jointly", "skill_published"] == pytest.approx(1.0 - ratio)
+    assert np.isnan(found.loc["jointly", "skill_scaling_law"])  # it has no mass
+    # of three quantities the reference has two: together they are another thing
+    more = bolide.score(FORECAST, observed | {"deepest": 31.0}, against=FORECAST.with_name("hera_references.toml"))
+    assert np.isnan(more.loc["jointly", "skill_published"]) and np.isfinite(more.loc["jointly", "skill_prior"])
+
+
+def test_a_file_that_is_no_forecast_is_told(tmp_path):
+    for name in ("x.toml", "x_draws.h5"):
+        shutil.copy(FORECAST.with_name("hera_v0_draws.h5"), tmp_path / name)
+    (tmp_path / "x.toml").write_text("name = 1\n")
+    with pytest.raises(InputError, match=r"x\.toml is no forecast: it lacks headline, columns, quantity"):
+        bolide.score(tmp_path / "x.toml", {"mass": 1.0})
+    (tmp_path / "x.toml").write_text("name = \n")
+    with pytest.raises(InputError, match=r"x\.toml cannot be read"):
+        bolide.score(tmp_path / "x.toml", {"mass": 1.0})

@@ -3,6 +3,7 @@
 import importlib
 import json
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -107,6 +108,7 @@ def test_no_generated_page_is_empty(site, tmp_path):
     made = {name: getattr(reference, name)() for name in ("keys", "materials", "measures", "ledger", "commands")}
     made["api"] = site("api_pages").page(reference.prose)
     made["gallery"] = site("gallery_page").page()
+    made["hera"] = site("hera_page").page(tmp_path)
     made["speed"] = site("speed_page").page(site("speed_page").versions())
     made |= site("notebook_pages").pages(tmp_path, tmp_path)
     for name, text in made.items():
@@ -181,3 +183,16 @@ def test_the_gallery_states_what_the_results_state(site):
         gallery.stated("sci_ryugu", page.replace("104,556", "104,557"))
     with pytest.raises(ValueError, match="has nothing on docs/results/unknown"):
         gallery.stated("unknown", page)
+
+
+def test_what_hera_should_see_is_what_the_frozen_file_says(site, tmp_path, monkeypatch):
+    """Every number of ours follows the file: another forecast makes another page."""
+    hera = site("hera_page")
+    text = hera.page(tmp_path)
+    assert "117 m wide (78 to 157) and 31 m deep" in text and "another shape 73 %" in text
+    assert "| mass, million tonnes | **2.5** |" in text and "| bulk density, kg/m3 | **1,470** |" in text
+    changed = tmp_path / "hera_v0.toml"
+    changed.write_text(hera.FORECAST.read_text().replace("95.68, 116.9, 136.6", "95.68, 121.9, 136.6"))
+    shutil.copy(hera.FORECAST.with_name("hera_v0_draws.h5"), tmp_path)
+    monkeypatch.setattr(hera, "FORECAST", changed)
+    assert "122 m wide" in hera.page(tmp_path)
