@@ -8,7 +8,7 @@ A checkout is a folder that holds the rooms (``git worktree add ../before 159072
 imported, so that any commit can be counted. What is counted:
 
 arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options
-             of a command (``typer``, or a module ``options`` of such) are counted apart: the command line declares them.
+             of a command (``typer``, or a module ``options``) are counted apart: the command line declares them.
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
 flat         files that lie in a room and in none of its folders, ``__init__`` apart.
 floors       of a room: the longest chain of its folders and flat files in which each imports the next.

@@ -12,8 +12,6 @@ from typing import Any
 from matter.case.body import Model
 
 CHOICES: dict[str, tuple[Any, ...]] = {
-    "target.shape": ("mesh",),
-    "target.arrival": (),
     "bed.shape": ("whole",),
     "sph.symmetry": ("half",),
     "sph.materials.NAME.eos": ("table",),
