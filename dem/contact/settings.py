@@ -82,7 +82,7 @@ class Contact(_Choices):
     """Multiplies k_n of every grain after its limits (a sensitivity test doubles it)."""
     steps_per_contact: Annotated[int, Field(ge=8, le=1000)] = 30
     """Time step = shortest contact time / this."""
-    overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0), Follows()] = 0.5
+    overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0)] = 0.5
     """An overlap of two bed grains above this, in radii of the smaller grain, stops the run."""
 
     expected_speed: Annotated[PositiveSpeed | None, Follows()] = None

@@ -162,7 +162,6 @@ FORMER = {
     "pull_interval": "it is a 500th of an orbit's time",
     "pinned": "[impact] with speed and angle says it",
     "until": "[dem] latest_time says it",
-    "overlap_stop": "it is 0.5 radii of the smaller grain",
     "expected_speed": "the grains' own speeds say it; steps_per_contact shortens the step",
     "rayleigh_fraction": "it is 0.2; steps_per_contact shortens the step",
     **dict.fromkeys(("shortest", "length_terms"), "[sph] numerics says it"),

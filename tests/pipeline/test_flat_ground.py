@@ -85,6 +85,7 @@ history_interval = "0.05 s"
 
 [dem.contact]
 static_overlap = 0.1
+overlap_stop = 1.5
 steps_per_contact = 20
 """
 

@@ -160,7 +160,7 @@ FORMER = {
     "sph.shortest": 0.7, "sph.longest": 2.0, "sph.length_terms": "false", "sph.conductivity": 8.0,
     "sph.materials.ice.crush_form": '"density"', "nbody.pinned": "true", "handoff.mapping": '"nearest"',
     "bed.pull_interval": '"3 s"', "dem.pull_interval": '"3 s"', "dem.contact.liquids": '["water"]',
-    "dem.contact.overlap_stop": 0.5, "dem.contact.expected_speed": '"1 m/s"', "dem.contact.rayleigh_fraction": 0.2,
+    "dem.contact.expected_speed": '"1 m/s"', "dem.contact.rayleigh_fraction": 0.2,
     "crater.along_track": "[1.0, 0.0, 0.0]",
 }  # fmt: skip
 
