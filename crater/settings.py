@@ -3,12 +3,10 @@ show."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import Annotated, Any, Literal
 
-import numpy as np
-from pydantic import Field, create_model, field_validator, model_validator
+from pydantic import Field, create_model, field_validator
 
 from matter.case import quantity
 from matter.case.body import Impact, Model, Target
@@ -16,8 +14,6 @@ from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import Length, Speed, Volume
 from matter.wording.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
 
-OFF_CIRCLE = 10.0
-"""Largest angle [deg] of ``along_track`` with the tangent of a circle about the companion."""
 RISE_LIMIT = 0.15
 """In expected transient diameters: what rises higher is in flight and takes no part in heights."""
 _KINDS = {"m": Length, "m^3": Volume}
@@ -95,32 +91,7 @@ class Settings(Model):
     said of escape, nor of beta."""
     ground: Literal["fluid", "rock", "sand"] = "fluid"
     """Kind of ground whose scaling laws the crater is compared with; ``fluid`` for weak ground without friction."""
-    seed: int = 1
-    """Seed of the bootstrap over azimuth."""
-    along_track: tuple[float, float, float] | None = None
-    """Ellipsoid or mesh: the direction in which it flies along its orbit, in its own frame (z is the spin axis), of
-    any length; with a companion by default that of the circle about it."""
     chain: ChainError | None = None
     """Chain errors of the measures; those of a shipped case come from its ``expected.toml``."""
     particles: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 15_000
     """Size of the shock stage's snapshots, for the prediction of ``--check`` only."""
-
-    @model_validator(mode="after")
-    def _track(self) -> Settings:
-        if self.along_track is None:
-            return self
-        way = np.array(self.along_track)
-        if not self.target.solid:
-            raise ValueError("along_track: of an ellipsoid or mesh only")
-        if not (np.isfinite(way).all() and np.linalg.norm(way) > 0.0):
-            raise ValueError("along_track: three finite numbers are needed, not all of them 0")
-        if self.target.companion is not None:
-            longitude = self.target.companion.longitude
-            towards = np.array([math.cos(longitude), math.sin(longitude), 0.0])
-            angle = math.degrees(math.acos(min(1.0, abs(float(way @ towards) / float(np.linalg.norm(way))))))
-            if 90.0 - angle > OFF_CIRCLE:
-                raise ValueError(
-                    f"along_track: {angle:.3g} deg from the line to the companion; on a circle about it the body "
-                    f"flies across that line ({90.0 - OFF_CIRCLE:g} to 90 deg)"
-                )
-        return self

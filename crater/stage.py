@@ -187,11 +187,10 @@ def _config(
     setting: Setting, datum: Datum, before: Path | None, reach: float | None, ground: TangentMap | None
 ) -> MeasurementConfig:
     """The measurement configuration of one stage; its lengths are in expected transient diameters."""
-    size, chosen = setting.settings.impact.expected_transient_diameter, setting.settings
+    size = setting.settings.impact.expected_transient_diameter
     return MeasurementConfig(
         datum, before, setting.gravity, RISE_LIMIT * size,
-        None if reach is None else reach * size, measurement_config.WITHIN * size,
-        seed=chosen.seed, ground=ground,
+        None if reach is None else reach * size, measurement_config.WITHIN * size, ground=ground,
     )  # fmt: skip
 
 

@@ -73,9 +73,8 @@ class Settings(Model):
     own."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.stiffness.following``."""
-    pull_interval: PositiveTime | None = None
-    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; as ``[bed]
-    pull_interval``."""
+    pull_interval: Annotated[PositiveTime | None, Follows()] = None
+    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; as that of the bed."""
 
     @model_validator(mode="after")
     def _order(self) -> Settings:

@@ -39,9 +39,9 @@ class Settings(cloud_surface.Rules):
     """How the projectile hits, ``[impact]``."""
     densities: Densities = Field(default_factory=dict)
     """Materials that the case makes denser or lighter than their files."""
-    until: PositiveTime | None = Field(default_factory=lambda given: _until(given))
+    until: Annotated[PositiveTime | None, Follows()] = Field(default_factory=lambda given: _until(given))
     """On an ellipsoid or mesh: ejecta that come back later than this after the impact stay in the list, as those that
-    escape; by default ``[dem] latest_time``, or its default of ten formation times."""
+    escape; ``[dem] latest_time``, or its default of ten formation times."""
 
     time: PositiveTime | Literal["auto", "last"] = "auto"
     """``auto`` by the rule of ``handoff.source.handoff_time``; ``last`` snapshot; or a time after the impact (the

@@ -275,7 +275,6 @@ def _record(
         "speed_limit_m_s": handoff.split.speed_limit,
         "alpha_spacings": settings.alpha,
         "offset_spacings": handoff.carving.offset,
-        "mapping": settings.mapping,
         "particles": handoff.split.counts(),
         "grains": {"bed": len(bed), "kept": int(handoff.carving.stays.sum()), "ejecta": len(handoff.ejecta.mass)},
         "cavity": {

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from typing import Literal
+from typing import Annotated, Literal
 
 from pydantic import Field, field_validator
 
 from matter.case.body import Impact, Model
+from matter.case.identity_fields import Follows
 from matter.case.quantity import Angle, PositiveSpeed
 from nbody.census import census
 from nbody.population import conditions, rules
@@ -17,7 +18,7 @@ class Settings(Model):
 
     impact: Impact
     """The impact of the case: projectile always, speed and angle where ``pinned``."""
-    pinned: bool = True
+    pinned: Annotated[bool, Follows()] = True
     """True: ``impact.toml`` carries the speed and angle of ``[impact]``; False: those that ``rule`` finds."""
     body: Literal["io", "europa", "ganymede", "callisto"] = "callisto"
     """The moon that is hit."""

@@ -8,7 +8,7 @@ A checkout is a folder that holds the rooms (``git worktree add ../before 159072
 imported, so that any commit can be counted. What is counted:
 
 arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options
-             of a command (``typer``) are counted apart: the command line declares them.
+             of a command (``typer``, or a module ``options``) are counted apart: the command line declares them.
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
 flat         files that lie in a room and in none of its folders, ``__init__`` apart.
 floors       of a room: the longest chain of its folders and flat files in which each imports the next.
@@ -114,7 +114,7 @@ def arguments(house: House) -> tuple[list[str], list[str]]:
         taken = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
         if len(taken) > MOST_ARGUMENTS:
             options = sum(
-                "typer" in ast.dump(part)
+                "typer" in ast.dump(part) or "id='options'" in ast.dump(part)
                 for part in [*node.args.defaults, *[a.annotation for a in taken if a.annotation]]
             )
             declared = 2 * options > len(taken) or any("command" in ast.dump(part) for part in node.decorator_list)

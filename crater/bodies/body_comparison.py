@@ -35,8 +35,7 @@ class Pair(NamedTuple):
 @dataclass(frozen=True)
 class BodyComparison:
     """A body ``before`` and ``after`` an impact: its ``shape`` and rotation ``omega`` (3,) [1/s] of before, the
-    ``chart`` of its surface, the ``moved`` momentum, the ``orbit`` about a companion and the direction of its
-    ``track`` (3,), None where there is none."""
+    ``chart`` of its surface, the ``moved`` momentum, the ``orbit`` about a companion, None where there is none."""
 
     shape: Shape
     omega: np.ndarray
@@ -45,7 +44,6 @@ class BodyComparison:
     chart: HeightMap
     moved: Exchange
     orbit: Orbit | None
-    track: np.ndarray | None
 
     @cached_property
     def first(self) -> Rigid:

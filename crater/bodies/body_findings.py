@@ -26,14 +26,13 @@ from matter.solids.pose_tracker import PoseTracker
 
 @dataclass(frozen=True)
 class Body:
-    """A body that is hit: its ``shape``, and of ``target.json`` its rotation ``omega`` (3,) [1/s], the ``orbit`` and
-    the direction of its ``track`` (3,), None where there is none; ``gravity`` at its surface [m/s^2], ``rise`` [m]
-    above which what would rise flies; ``brought`` (3,) [kg m/s] by the projectile."""
+    """A body that is hit: its ``shape``, and of ``target.json`` its rotation ``omega`` (3,) [1/s] and the ``orbit``,
+    None where there is none; ``gravity`` at its surface [m/s^2], ``rise`` [m] above which what would rise flies;
+    ``brought`` (3,) [kg m/s] by the projectile."""
 
     shape: Shape
     omega: np.ndarray
     orbit: Orbit | None
-    track: np.ndarray | None
     gravity: float
     rise: float
     brought: np.ndarray
@@ -64,7 +63,7 @@ class BodyStage:
             "centre_of_mass_moved_m": compared.last.centre - compared.first.centre,
             "normal": compared.shape.placed.normal,
             "flight": compared.moved.brought / np.linalg.norm(compared.moved.brought),
-            **({} if compared.track is None else {"along_track": compared.track}),
+            **({} if compared.orbit is None else {"along_track": compared.orbit.track}),
         }
         return {
             "class": self.kind,
@@ -82,7 +81,7 @@ class BodyStage:
 def body_of(settings: Any, shape: Shape, facts: Mapping[str, Any], mass: float) -> Body:
     """The body of the ``settings`` with the ``facts`` of ``target.json``; ``mass`` [kg] of the projectile."""
     target = settings.target
-    companion, orbit, track = facts.get("companion"), None, None
+    companion, orbit = facts.get("companion"), None
     if companion:
         position = np.array(companion["place_m"], dtype=float)
         # the body is at -position from its companion, and flies round the axis
@@ -90,15 +89,10 @@ def body_of(settings: Any, shape: Shape, facts: Mapping[str, Any], mass: float) 
         outward = -position / distance
         track = np.cross(np.array(companion["axis"], dtype=float), outward)
         orbit = Orbit(float(companion["mass_kg"]), distance, track, outward)
-    if settings.along_track is not None:
-        own = np.array(settings.along_track, dtype=float)
-        track = target.placed.turn @ own / np.linalg.norm(own)
-        orbit = None if orbit is None else orbit._replace(track=track)
     return Body(
         shape,
         np.array(facts["angular_velocity_1_s"], dtype=float),
         orbit,
-        track,
         float(facts["surface_gravity_m_s2"]),
         RISE_LIMIT * settings.impact.expected_transient_diameter,
         mass * np.asarray(target.aim(settings.impact)),
@@ -138,7 +132,6 @@ def compare_bodies(
         chart,
         exchange.momentum_exchange(one, two, body.brought),
         body.orbit,
-        body.track,
     )
 
 

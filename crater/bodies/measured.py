@@ -253,14 +253,9 @@ def pair_escaping_mass_kg(compared: BodyComparison) -> Quantity:
     return quantity(compared.moved_pair.escaping, {"counting": float(np.sqrt(np.sum(escaped**2)))}, "kg")
 
 
-def _beta(compared: BodyComparison, direction: np.ndarray | None, moved: Exchange | None = None) -> Quantity:
-    if direction is None:
-        return Quantity(None, None, "1", NO_TRACK)
+def _beta(compared: BodyComparison, direction: np.ndarray, moved: Exchange | None = None) -> Quantity:
     value, error = (moved or compared.moved).beta(direction)
     return quantity(value, {"counting": error}, "1", "the projectile flew across this direction")
-
-
-NO_TRACK = "no orbit: the case has neither [target.companion] nor [crater] along_track"
 
 
 def beta_normal(compared: BodyComparison) -> Quantity:
@@ -275,7 +270,9 @@ def beta_flight(compared: BodyComparison) -> Quantity:
 
 def beta_along_track(compared: BodyComparison) -> Quantity:
     """Along the track of the orbit."""
-    return _beta(compared, compared.track)
+    if compared.orbit is None:
+        return Quantity(None, None, "1", NO_COMPANION)
+    return _beta(compared, compared.orbit.track)
 
 
 def beta_pair_normal(compared: BodyComparison) -> Quantity:
@@ -306,9 +303,9 @@ def _along_track(compared: BodyComparison, track: np.ndarray) -> tuple[float, fl
 
 def delta_v_along_track_m_s(compared: BodyComparison) -> Quantity:
     """Its part along the track."""
-    if compared.track is None:
-        return Quantity(None, None, "m/s", NO_TRACK)
-    value, error = _along_track(compared, compared.track)
+    if compared.orbit is None:
+        return Quantity(None, None, "m/s", NO_COMPANION)
+    value, error = _along_track(compared, compared.orbit.track)
     return quantity(value, {"counting": error}, "m/s")
 
 

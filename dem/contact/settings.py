@@ -35,6 +35,8 @@ from matter.case.quantity import Angle, PositiveSpeed
 from matter.compilation.law_family import Family, keys
 from matter.particles import Particles
 
+LIQUIDS = ("water", "water_thesis")
+"""Materials whose grains are of the species ``ocean``; all others are ``shell``."""
 WAVE_SPEED_LIMIT = 2.0
 """The contact wave speed 2 r sqrt(k_n / m) never exceeds this times the sound speed of the grain's material."""
 OVERLAP_WARN = 0.15
@@ -69,8 +71,6 @@ class Contact(_Choices):
     """Contact parameters of solid grains, ``[dem.contact.shell]``."""
     ocean: Annotated[GrainLaw, Follows()] = OCEAN
     """Contact parameters of liquid grains: smooth and hardly bouncing."""
-    liquids: tuple[str, ...] = ("water", "water_thesis")
-    """Materials whose grains are of the species ``ocean``; all others are ``shell``."""
     friction_angle: Angle | None = None
     """Friction angle by principal stresses: ``shell.friction`` is chosen so that steady shear of the grains has it
     (``dem.trials.friction_angle``). By default that of the ground of the shock stage, where its strength is
@@ -85,9 +85,9 @@ class Contact(_Choices):
     overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0)] = 0.5
     """An overlap of two bed grains above this, in radii of the smaller grain, stops the run."""
 
-    expected_speed: PositiveSpeed | None = None
+    expected_speed: Annotated[PositiveSpeed | None, Follows()] = None
     """Largest closing speed that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
-    rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0)] = 0.2
+    rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0), Follows()] = 0.2
     """Largest step with ``hertz``, over the Rayleigh time of the smallest grain."""
 
     @model_validator(mode="after")
@@ -194,7 +194,7 @@ class Contact(_Choices):
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""
-        return SPECIES.index("ocean" if name in self.liquids else "shell")
+        return SPECIES.index("ocean" if name in LIQUIDS else "shell")
 
     def pair_table(self) -> np.ndarray:
         """Parameters of a contact between two species, shape (2, 2, PAIR_COLUMNS); the smaller of each value wins."""

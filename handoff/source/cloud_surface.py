@@ -66,9 +66,6 @@ class Rules(Model):
     offset: float | Literal["auto"] = "auto"
     """Distance of the surface outside its particles, in local spacings (0 ... 1); ``auto`` closes volume against mass
     over density, point by point."""
-    mapping: Literal["linear", "nearest"] = "linear"
-    """``linear``: exact for linear velocity fields, by moving least squares; ``nearest``: the velocity of the nearest
-    compact particle."""
     loosened: Literal["full_size", "shrunk"] = "shrunk"
     """Grains that stand for matter which the flow has dilated: ``shrunk``, as small as the matter is when packed
     (``handoff.transfer.bulking``); ``full_size``, as in the bed, so that the matter keeps its dilated volume. With

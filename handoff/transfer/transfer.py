@@ -85,8 +85,6 @@ def hand_over(
         energy = closing.sums(held, source.position[compact], motion).kinetic
     taken = mapping.motion(tree, motion, volume_of, held, grid, raw_mass * scale, radius, energy, volume[kept], near)
     velocity = taken.velocity
-    if rules.mapping == "nearest":
-        velocity = motion[near]
     moving = held, motion, taken.own_gradient
     fields = compare_clouds.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
     velocity, spin = region.inertial(position, velocity, taken.spin)

@@ -121,6 +121,16 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
 _BLOCK = 16  # cells that a thread takes at a time
 
 
+@kernel
+def _with_room(candidate, near, many, room):
+    """``candidate`` (room,) and ``near`` (4, room) with their first ``many`` values, and room for what is inside."""
+    more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
+    for k in range(many):
+        more[k] = candidate[k]
+        wider[0, k], wider[1, k], wider[2, k], wider[3, k] = near[0, k], near[1, k], near[2, k], near[3, k]
+    return more, wider, np.empty(room, dtype=np.int8)
+
+
 @kernel(fastmath=True)
 def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count):
     """Rows of the particles of one ``block`` of the ``occupied`` cells; one fused loop.
@@ -157,14 +167,8 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
                 high = max(high, h[i])
             if max(box[1] - box[0], box[3] - box[2], box[5] - box[4]) > 1.01 * width[level[c]]:
                 last = first + 1
-                box[0], box[1], box[2], box[3], box[4], box[5] = (
-                    x[first],
-                    x[first],
-                    y[first],
-                    y[first],
-                    z[first],
-                    z[first],
-                )
+                box[0], box[1], box[2], box[3] = x[first], x[first], y[first], y[first]
+                box[4], box[5] = z[first], z[first]
                 high = h[first]
             many = 0
             for l in range(levels):
@@ -183,16 +187,7 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
                         begin, piece = start[row + x0], start[row + x1 + 1] - start[row + x0]
                         if many + piece > room:
                             room = 2 * (many + piece)
-                            more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
-                            for k in range(many):
-                                more[k] = candidate[k]
-                                wider[0, k], wider[1, k], wider[2, k], wider[3, k] = (
-                                    near[0, k],
-                                    near[1, k],
-                                    near[2, k],
-                                    near[3, k],
-                                )
-                            candidate, near, inside = more, wider, np.empty(room, dtype=np.int8)
+                            candidate, near, inside = _with_room(candidate, near, many, room)
                         for k in range(piece):
                             candidate[many + k] = begin + k
                         for k in range(piece):
@@ -204,11 +199,7 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
             padded = (many + WIDE - 1) // WIDE * WIDE
             if padded > room:
                 room = 2 * padded
-                more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
-                for k in range(many):
-                    more[k] = candidate[k]
-                    wider[0, k], wider[1, k], wider[2, k], wider[3, k] = near[0, k], near[1, k], near[2, k], near[3, k]
-                candidate, near, inside = more, wider, np.empty(room, dtype=np.int8)
+                candidate, near, inside = _with_room(candidate, near, many, room)
             for i in range(first, last):
                 xi, yi, zi, hi = x[i], y[i], z[i], h[i]
                 for k in range(many):

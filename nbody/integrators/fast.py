@@ -88,6 +88,32 @@ def fate(t, y, duration, inside, gm, outer, far):
     return FLYING
 
 
+@law
+def reach_of_moons(limits, orbits, moons):
+    """Radius of the outermost orbit, the same with Hill spheres, and the farthest that the planet's surface is from
+    the barycentre [m]."""
+    widest, reach, surface = 0.0, 0.0, limits.planet_radius
+    for m in range(moons.orbit.shape[0]):
+        surface += 1.1 * orbits.gm[m + 2] / orbits.gm[1] * moons.orbit[m]
+        widest, reach = max(widest, moons.orbit[m]), max(reach, moons.orbit[m] + 2.0 * moons.hill[m])
+    return widest, reach, surface
+
+
+@law
+def strike(now, new, first, last, radius, orbits, ends, out):
+    """The part of the step ``now`` (``Step``) after which a particle strikes the planet, negative where it does not;
+    ``new`` then becomes the state there. ``first`` and ``last``: accelerations; ``ends`` two states to work with."""
+    begin, finish = ends
+    about(now.t, now.y, np.int64(0), orbits, begin)
+    about(now.t + now.h, new, np.int64(0), orbits, finish)
+    part = struck(radius, Arc(begin, finish, first, last, now.h), out)
+    if 0.0 <= part < 1.0:
+        curve(part, Arc(now.y, new, first, last, now.h), out)
+        for d in range(6):
+            new[d] = out[d]
+    return part
+
+
 @kernel
 def fly(starts, first, limits, orbits, moons, events, ends, finals):
     """Integrate the particles ``starts`` (n, 6); rows of events go to ``events``.
@@ -99,15 +125,11 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
     """
     kx, kv = np.empty((STAGES, 3)), np.empty((STAGES, 3))
     y, new, last, out = np.empty(6), np.empty(6), np.empty(3), np.empty(6)
-    begin, finish = np.empty(6), np.empty(6)
-    coefficient, work = np.empty((3, 6)), Work(kx, kv, new, out)
-    duration, gm, hill, orbit = limits.duration, orbits.gm, moons.hill, moons.orbit
+    spare, coefficient, work = (np.empty(6), np.empty(6)), np.empty((3, 6)), Work(kx, kv, new, out)
+    duration, gm, hill = limits.duration, orbits.gm, moons.hill
     # typed, not literal: numba compiles a called function anew for every literal that it is given
-    count, never, planet = np.int64(0), duration < 0.0, np.int64(0)
-    widest, reach, surface = 0.0, 0.0, limits.planet_radius
-    for m in range(orbit.shape[0]):
-        surface += 1.1 * gm[m + 2] / gm[1] * orbit[m]  # the planet is this far from the barycentre at most
-        widest, reach = max(widest, orbit[m]), max(reach, orbit[m] + 2.0 * hill[m])
+    count, never = np.int64(0), duration < 0.0
+    widest, reach, surface = reach_of_moons(limits, orbits, moons)
     switch = NEAR * widest
     for p in range(starts.shape[0]):
         for d in range(6):
@@ -166,16 +188,11 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
                     leaving = np.int64(-1)
             w = (new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
             if near and inside < 0 and not fresh and r < surface + 1.5 * max(v, w) * h:
-                about(t, y, planet, orbits, begin)
-                about(t + h, new, planet, orbits, finish)
-                part = struck(limits.planet_radius, Arc(begin, finish, kv[0], last, h), out)
+                part = strike(Step(t, y, h, near), new, kv[0], last, limits.planet_radius, orbits, spare, out)
                 if part >= 0.0:
                     end = HIT_PLANET
                 if 0.0 <= part < 1.0:
-                    curve(part, Arc(y, new, kv[0], last, h), out)
                     h *= part
-                    for d in range(6):
-                        new[d] = out[d]
             t += h
             for d in range(6):
                 y[d] = new[d]

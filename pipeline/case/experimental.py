@@ -12,15 +12,9 @@ from typing import Any
 from matter.case.body import Model
 
 CHOICES: dict[str, tuple[Any, ...]] = {
-    "target.shape": ("mesh",),
-    "target.arrival": (),
-    "crater.along_track": (),
     "bed.shape": ("whole",),
-    "bed.pull_interval": (),
-    "dem.pull_interval": (),
     "sph.symmetry": ("half",),
     "sph.materials.NAME.eos": ("table",),
-    "handoff.mapping": ("nearest",),
     "dem.contact.normal": ("hertz",),
     "dem.contact.mindlin_history": ("displacement",),
 }

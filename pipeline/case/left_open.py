@@ -11,7 +11,6 @@ expected crater, kind of ground.
     [impact]          expected_transient_diameter by scaling laws (``pipeline.case.expected_crater``)
     [crater]          ground: what the laws of strength of the uppermost layer say
     [target] arrival  latitude, longitude, azimuth, [impact] angle_from_vertical (``pipeline.case.arrival``)
-    [handoff]         until, on an ellipsoid or mesh: [dem] latest_time
 
 2.2 diameters leave 1.4 (2.8 crater radii) inside the quiet layer at the coarsest grading of
 ``sph.planning.resolution``. What only one stage needs is that stage's own default. A document with mistakes is left as
@@ -58,19 +57,8 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], dict
     except ValueError as reason:
         return document, None, [Complaint(DIAMETER, str(reason))]
     document["case"].setdefault("stages", list(_chain(document, crater)))
-    document = _as_long_as_the_collapse(document)
     full = document if crater is None else _filled(document, crater)
     return full, None if full == document else document, []
-
-
-def _as_long_as_the_collapse(document: dict[str, Any]) -> dict[str, Any]:
-    """What comes back to an ellipsoid or mesh within the collapse is followed there: the handoff has to know its
-    end."""
-    table, latest = _table(document, "handoff"), _table(document, "dem").get("latest_time")
-    named = document["case"]["stages"]
-    if document["target"].get("shape") not in SOLIDS or not latest or "handoff" not in (named or ()):
-        return document
-    return {**document, "handoff": {"until": latest, **table}}
 
 
 def _table(document: dict[str, Any], name: str) -> dict[str, Any]:

@@ -5,246 +5,178 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any, NamedTuple
 
-import typer
-
+from pipeline.commands import run_options as options
 from pipeline.commands.command import guarded
-from pipeline.commands.completion import paths, presets, stage_names
 
 RUNS = Path("runs")
 
 
+class Given(NamedTuple):
+    """What a user gave of the options."""
+
+    case: str | None
+    preset: list[str] | None
+    size: str | None
+    overrides: list[str] | None
+    out: Path | None
+    start: str | None
+    until: str | None
+    threads: int | None
+    check: bool
+    verify: bool
+    anyway: bool
+    checkpoint_every: str | None
+    fresh: bool
+    movie: bool
+    movie_field: str | None
+    describe: bool
+    names: bool
+    schema: Path | None
+    sweep: bool
+    vary: list[str] | None
+    ensemble: int | None
+    errors: bool
+    forecast: bool
+    scheduler: str | None
+    status: bool
+    emit: str | None
+    copy: str | None
+    prune: bool
+    budget: str | None
+
+    @property
+    def folder(self) -> Path:
+        """Where run folders are made."""
+        return self.out or RUNS
+
+
 def run_case(
-    case: Annotated[
-        str | None,
-        typer.Argument(
-            metavar="CASE",
-            help="A folder with case.toml, or the file; the name of a shipped case; or the folder of a run, to "
-            "continue it.",
-            autocompletion=paths,
-        ),
-    ] = None,
-    preset: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="Apply [preset.NAME] of the case.", autocompletion=presets)
-    ] = None,
-    size: Annotated[
-        str | None,
-        typer.Option(
-            metavar="quick|standard|fine",
-            help="Aim at 20,000, 300,000 or 1,400,000 particles and grains, instead of the case's own resolution.",
-        ),
-    ] = None,
-    overrides: Annotated[
-        list[str] | None, typer.Option("--set", metavar="KEY.PATH=VALUE", help="Change one value (repeatable).")
-    ] = None,
-    out: Annotated[
-        Path | None, typer.Option(metavar="DIR", help="Where run folders are made (default: runs).")
-    ] = None,
-    start: Annotated[
-        str | None,
-        typer.Option(
-            "--from", metavar="STAGE", help="Recompute this stage and everything after it.", autocompletion=stage_names
-        ),
-    ] = None,
-    until: Annotated[
-        str | None, typer.Option("--until", metavar="STAGE", help="Stop after this stage.", autocompletion=stage_names)
-    ] = None,
-    threads: Annotated[int | None, typer.Option(min=1, help="Threads (default: all cores).")] = None,
-    check: Annotated[
-        bool, typer.Option("--check", help="Validate the case and predict time, memory and disk; run nothing.")
-    ] = False,
-    verify: Annotated[
-        bool,
-        typer.Option(
-            "--verify",
-            help="Compute a stretch of every finished stage again, from its last checkpoint, and compare every bit.",
-        ),
-    ] = False,
-    anyway: Annotated[
-        bool, typer.Option("--anyway", help="Start even if the prediction exceeds available memory or disk.")
-    ] = False,
-    checkpoint_every: Annotated[
-        str | None,
-        typer.Option(
-            "--checkpoint-every",
-            metavar="TEXT",
-            help="Wall-clock time between checkpoints, '2 min' (default: 15 s, longer where they are large), or a "
-            "count, '500 steps'.",
-        ),
-    ] = None,
-    fresh: Annotated[bool, typer.Option("--fresh", help="Delete earlier results and checkpoints first.")] = False,
-    movie: Annotated[
-        bool,
-        typer.Option(
-            "--movie", help="Then make 6_crater/movie.gif and .mp4 (if the run is finished, only the movie is made)."
-        ),
-    ] = False,
-    movie_field: Annotated[
-        str | None,
-        typer.Option(
-            "--movie-field",
-            metavar="NAME",
-            help="Colour the movie by material (default), damage, pressure, origin or speed.",
-        ),
-    ] = None,
-    describe: Annotated[
-        bool,
-        typer.Option(
-            "--describe", help="Explain every key of a case file, or those of one table: run_case --describe sph.late."
-        ),
-    ] = False,
-    names: Annotated[
-        bool,
-        typer.Option(
-            "--list", help="List cases, materials, observed craters and laws, or one kind: run_case --list materials."
-        ),
-    ] = False,
-    schema: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Write the JSON schema of case files, for editors.")
-    ] = None,
-    sweep: Annotated[
-        bool,
-        typer.Option(
-            "--sweep", help="Run every member of [sweep] of the case, side by side, and end in a table and a page."
-        ),
-    ] = False,
-    vary: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="KEY.PATH=A,B,C", help="Vary a key (repeatable): a sweep over these values, '...=15,40,65 deg'."
-        ),
-    ] = None,
-    ensemble: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N", help="Run N draws of particles and grains; their spread becomes the error of the first."
-        ),
-    ] = None,
-    errors: Annotated[
-        bool,
-        typer.Option(
-            "--errors",
-            help="Measure the errors of the result by some ten further runs: random seeds, resolution, time and alpha "
-            "of the handoff (--check: what they cost).",
-        ),
-    ] = False,
-    forecast: Annotated[
-        bool,
-        typer.Option(
-            "--forecast",
-            help="Run [sweep] kind = 'prior' and write what it forecasts: quantiles, chances, draws, SHA-256, a page.",
-        ),
-    ] = False,
-    scheduler: Annotated[
-        str | None,
-        typer.Option(
-            metavar="ADDRESS",
-            help="Run a sweep on workers of dask.distributed: tcp://host:port, or local for workers on this machine.",
-        ),
-    ] = None,
-    status: Annotated[
-        bool, typer.Option("--status", help="Say where every member of a sweep stands; run nothing.")
-    ] = False,
-    emit: Annotated[
-        str | None,
-        typer.Option(
-            metavar="slurm-array|snakemake",
-            help="Write the job files of a sweep for a cluster into its folder; run nothing.",
-        ),
-    ] = None,
-    copy: Annotated[
-        str | None, typer.Option(metavar="NAME", help="Copy a shipped case into the folder CASE, to change it.")
-    ] = None,
-    prune: Annotated[
-        bool,
-        typer.Option(
-            "--prune",
-            help="Delete cached stages that no run uses from the store of --out (CASE: the name of one; --check: only "
-            "say which).",
-        ),
-    ] = False,
-    budget: Annotated[
-        str | None,
-        typer.Option(
-            metavar="SIZE",
-            help="Disk that a run may take, '5 GB': snapshots lie further apart where it would take more. With "
-            "--prune: only the oldest go, until the store takes at most this.",
-        ),
-    ] = None,
+    case: options.Case = None,
+    preset: options.Preset = None,
+    size: options.Size = None,
+    overrides: options.Overrides = None,
+    out: options.Out = None,
+    start: options.Start = None,
+    until: options.Until = None,
+    threads: options.Threads = None,
+    check: options.Check = False,
+    verify: options.Verify = False,
+    anyway: options.Anyway = False,
+    checkpoint_every: options.CheckpointEvery = None,
+    fresh: options.Fresh = False,
+    movie: options.Movie = False,
+    movie_field: options.MovieField = None,
+    describe: options.Describe = False,
+    names: options.Names = False,
+    schema: options.Schema = None,
+    sweep: options.Sweep = False,
+    vary: options.Vary = None,
+    ensemble: options.Ensemble = None,
+    errors: options.Errors = False,
+    forecast: options.Forecast = False,
+    scheduler: options.Scheduler = None,
+    status: options.Status = False,
+    emit: options.Emit = None,
+    copy: options.Copy = None,
+    prune: options.Prune = False,
+    budget: options.Budget = None,
 ) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
     The same command continues after any kind of stop.
     """
+    given = Given(**locals())
+    guarded(lambda: _done(given))
 
-    def action() -> int:
-        if describe or names or schema:
-            return _told(case, describe, names, schema)
-        if copy:
-            return _copied(copy, case)
-        if prune:
-            return _pruned(case, out or RUNS, budget, check)
-        from matter.cadence import Pace, set_pace
-        from matter.errors import InputError
-        from matter.files import archive
-        from matter.wording import drawing
-        from pipeline.running import going_on, plan
-        from pipeline.running import prune as pruning
-        from pipeline.running.request import Request, sensible, settings_of
-        from pipeline.running.run import run
-        from pipeline.running.screen import screen
-        from pipeline.sweeps.sweep import check as check_sweep
 
-        if movie or movie_field:  # said before the run, not after it
-            drawing.require("a movie")
-        archive.check_folder(out or RUNS)
-        if threads is not None and "numba" not in sys.modules:
-            os.environ["NUMBA_NUM_THREADS"] = str(threads)
-        read = going_on.read(Path(_needed(case)), _single("--preset", preset), overrides or (), out, size)
-        if errors:
-            from pipeline.commands import error_command
+def _done(given: Given) -> int:
+    """Do what the options ask for; the exit code."""
+    if given.describe or given.names or given.schema:
+        return _told(given.case, given.describe, given.names, given.schema)
+    if given.copy:
+        return _copied(given.copy, given.case)
+    if given.prune:
+        return _pruned(given.case, given.folder, given.budget, given.check)
+    from matter.files import archive
+    from matter.wording import drawing
+    from pipeline.running import going_on
 
-            others = [
-                (sweep or vary, "a sweep"),
-                (forecast, "--forecast"),
-                (ensemble is not None, "--ensemble"),
-                (emit, "--emit"),
-            ]
-            return error_command.with_errors(read, out or RUNS, threads, check, status, [*others, (until, "--until")])
-        if sweep or vary or status or emit or forecast or ensemble is not None:
-            from pipeline.commands import sweep_command
+    if given.movie or given.movie_field:  # said before the run, not after it
+        drawing.require("a movie")
+    archive.check_folder(given.folder)
+    if given.threads is not None and "numba" not in sys.modules:
+        os.environ["NUMBA_NUM_THREADS"] = str(given.threads)
+    preset = _single("--preset", given.preset)
+    read = going_on.read(Path(_needed(given.case)), preset, given.overrides or (), given.out, given.size)
+    if given.errors:
+        return _with_errors(read, given)
+    if given.sweep or given.vary or given.status or given.emit or given.forecast or given.ensemble is not None:
+        return _swept(read, given)
+    return _one_run(read, given)
 
-            instead = [(check, "--check"), (status, "--status"), (emit, "--emit")]
-            return sweep_command.swept(
-                read, out or RUNS, vary or [], ensemble, until, threads, instead, start or fresh, scheduler, forecast
-            )
-        check_sweep(read.sweep)
-        if checkpoint_every:
-            set_pace(Pace.from_text(checkpoint_every))
-        if scheduler:
-            raise InputError("--scheduler goes with --sweep, --vary, --forecast or --ensemble")
-        request = Request(read, out or RUNS, start, until, fresh, threads)
-        if budget:
-            request = _fitted(request, pruning.size_of(budget), size)
-        if check:
-            return _checked(request, settings_of(request))
-        if verify:
-            return _verified(request)
-        if not anyway:
-            settings = settings_of(request)
-            sensible(request, settings)
-            plan.refuse_too_large(request, settings)
-        display = screen()
-        try:
-            outcome = run(request, display)
-        finally:
-            display.close()
-        if movie or movie_field:
-            _draw_movie(outcome.run, movie_field or "material")
-        return _concluded(request.case, outcome)
 
-    guarded(action)
+def _with_errors(read: Any, given: Given) -> int:
+    """Measure the errors of a case by further runs."""
+    from pipeline.commands import error_command
+
+    others = [
+        (given.sweep or given.vary, "a sweep"),
+        (given.forecast, "--forecast"),
+        (given.ensemble is not None, "--ensemble"),
+        (given.emit, "--emit"),
+        (given.until, "--until"),
+    ]
+    return error_command.with_errors(read, given.folder, given.threads, given.check, given.status, others)
+
+
+def _swept(read: Any, given: Given) -> int:
+    """Run, show or write down the members of a sweep."""
+    from pipeline.commands import sweep_command
+
+    instead = [(given.check, "--check"), (given.status, "--status"), (given.emit, "--emit")]
+    return sweep_command.swept(
+        read, given.folder, given.vary or [], given.ensemble, given.until, given.threads, instead,
+        given.start or given.fresh, given.scheduler, given.forecast,
+    )  # fmt: skip
+
+
+def _one_run(read: Any, given: Given) -> int:
+    """Check, verify, or run and resume one case."""
+    from matter.cadence import Pace, set_pace
+    from matter.errors import InputError
+    from pipeline.running import plan
+    from pipeline.running import prune as pruning
+    from pipeline.running.request import Request, sensible, settings_of
+    from pipeline.running.run import run
+    from pipeline.running.screen import screen
+    from pipeline.sweeps.sweep import check as check_sweep
+
+    check_sweep(read.sweep)
+    if given.checkpoint_every:
+        set_pace(Pace.from_text(given.checkpoint_every))
+    if given.scheduler:
+        raise InputError("--scheduler goes with --sweep, --vary, --forecast or --ensemble")
+    request = Request(read, given.folder, given.start, given.until, given.fresh, given.threads)
+    if given.budget:
+        request = _fitted(request, pruning.size_of(given.budget), given.size)
+    if given.check:
+        return _checked(request, settings_of(request))
+    if given.verify:
+        return _verified(request)
+    if not given.anyway:
+        settings = settings_of(request)
+        sensible(request, settings)
+        plan.refuse_too_large(request, settings)
+    display = screen()
+    try:
+        outcome = run(request, display)
+    finally:
+        display.close()
+    if given.movie or given.movie_field:
+        _draw_movie(outcome.run, given.movie_field or "material")
+    return _concluded(request.case, outcome)
 
 
 def _needed(case: str | None) -> str:

@@ -80,5 +80,4 @@ def _left_open(document: dict[str, Any], run: Path) -> dict[str, Any]:
     given = folder.record(run / PROVENANCE).get("case", {}).get("impact_as_given")
     if not given:
         return document
-    census = {key: value for key, value in document.get("nbody", {}).items() if key != "pinned"}
-    return {**document, "impact": given, "nbody": census}
+    return {**document, "impact": given}

@@ -12,7 +12,7 @@ from pydantic import BaseModel, ValidationError
 from dem.trials import angle_of_friction
 from matter.case import at_rest
 from matter.case.at_rest import AtRest
-from matter.case.body import FLAT, Impact, Model, Target
+from matter.case.body import FLAT, SOLIDS, Impact, Model, Target
 from matter.case.identity_fields import following
 from matter.case.quantity import REQUIRED
 from matter.errors import InputError
@@ -86,7 +86,10 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
         if stage == "dem" and (bed := settings.get("bed")) is not None and "target" in payload:
             payload["target"] = _ground(bed, payload["target"])
         if "pinned" in model.model_fields:
-            payload.setdefault("pinned", case.pinned)
+            payload["pinned"] = case.pinned
+        if "until" in model.model_fields and (latest := _end_of_collapse(document)):
+            payload["until"] = latest
+            moved["until"] = ("dem", "latest_time")
         model_settings, wrong = _checked(model, payload, (stage,), moved)
         wrong += _said_in_vain(model, table, stage)
         if stage in case.outside:  # it will not run: misspelt keys still count, missing ones do not
@@ -100,6 +103,12 @@ def _composed(case: Case, wanted: tuple[str, ...]) -> tuple[dict[str, Model], li
     if not first and faults and (stood_in := _stood_in(case)) is not None:
         first = _composed(stood_in, wanted)[1]
     return settings, first or faults
+
+
+def _end_of_collapse(document: dict[str, Any]) -> Any:
+    """``[dem] latest_time`` of an ellipsoid or mesh: what comes back to it until then is followed in the collapse, and
+    the handoff has to know."""
+    return overlay.at(document, "dem.latest_time") if overlay.at(document, "target.shape") in SOLIDS else None
 
 
 def _stood_in(case: Case) -> Case | None:

@@ -21,7 +21,7 @@ from sph.eos import dispatch as eos
 from sph.materials import temperature
 from sph.materials.families import FAMILIES
 from sph.materials.settings import AS_PUBLISHED, CommonChoice, has_section, law_of, parameters
-from sph.porosity import crush, p_alpha
+from sph.porosity import crush
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
@@ -181,14 +181,10 @@ def collect(names: tuple[str, ...], choices: Mapping[str, CommonChoice] | None =
 
 def _chosen(name: str, family: Family, default: str, choice: CommonChoice) -> int:
     """The number of the law that a material takes in a family."""
-    return _number(name, family.key, family.names, default, choice)
-
-
-def _number(name: str, key: str, names: tuple[str, ...], default: str, choice: CommonChoice) -> int:
-    law = law_of(name, key, default, choice)
-    if law not in names:
-        raise InputError(f"material {name!r}: {key} is {law!r}, which is none of {', '.join(names)}")
-    return names.index(law)
+    law = law_of(name, family.key, default, choice)
+    if law not in family.names:
+        raise InputError(f"material {name!r}: {family.key} is {law!r}, which is none of {', '.join(family.names)}")
+    return family.names.index(law)
 
 
 def _values(name: str, family: Family, kind: int, choice: CommonChoice) -> Any:
@@ -279,9 +275,8 @@ def _fill_pores(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
         curve = rows.crush[i] = _chosen(name, crush.FAMILY, "quadratic", choice)
         _put(rows.crush_row[i], crush.FAMILY.row(curve, _values(name, crush.FAMILY, curve, choice)))
         onset = crush.onset(curve, rows.crush_row[i])
-    form = p_alpha.FORMS[_number(name, "crush_form", p_alpha.FORMS, "pressure", choice)]
     try:
-        _put(rows.pores[i], porosity.FAMILY.row(kind, values, Matrix(rows.rho0[i], bulk, onset, form)))
+        _put(rows.pores[i], porosity.FAMILY.row(kind, values, Matrix(rows.rho0[i], bulk, onset)))
     except ValueError as reason:
         _refuse(name, porosity.FAMILY.names[kind], str(reason))
     rows.alpha0[i] = values.alpha0

@@ -34,8 +34,6 @@ Values = dict[str, str | float | list[str | float]]
 class CommonChoice(Model):
     """Keys of a material that a case may set whatever the laws are."""
 
-    crush_form: Literal["pressure", "density"] | None = None
-    """Whether crushing goes by the pressure of the particle or by its density alone."""
     predamaged: bool = False
     """Whether the material is fully damaged (D = 1) from the start."""
     elastic: Values | None = None

@@ -5,9 +5,8 @@ from typing import NamedTuple
 
 class Matrix(NamedTuple):
     """rho0 [kg/m^3] and bulk modulus [Pa] of the solid at rest; the pressure at which its crush curve starts [Pa] (0:
-    none), and the form of crushing."""
+    none)."""
 
     rho0: float
     bulk_modulus: float
     crush_onset: float = 0.0
-    form: str = "pressure"

@@ -16,9 +16,6 @@ only fall. Given rho and u, alpha solves the implicit equation (elastic line of 
 lower); on the crush curve alpha_z follows. The published codes integrate d alpha/dt (eq. 3.7), which lets particles
 drift off their crush curve and limits the step; here each lies on or below it, to rounding.
 
-**Forms.** ``pressure``: alpha(P) with the pressure of the particle. ``density``: alpha(rho), the crush curve met by
-the cold pressure P_s(alpha rho, 0) / alpha (eq. 3.6, for compression whose heat can be left out).
-
 **Stress.** The matrix is strained by f times the strain of the porous material, and what acts is S / alpha (eqs.
 3.8-3.13):
 
@@ -42,7 +39,6 @@ from sph.porosity.matrix import Matrix
 SOURCES = ("Herrmann1969", "CarrollHolt1972", "BenzJutzi2007", "Jutzi2008")
 CRUSHES = True
 """It takes a crush curve (``sph.porosity.crush``)."""
-FORMS = ("pressure", "density")
 
 
 class Parameters(NamedTuple):
@@ -57,14 +53,13 @@ EXAMPLE = Parameters(1.5)
 
 
 class Pores(NamedTuple):
-    """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha), bulk_modulus K_0 [Pa],
-    cold (1: the form ``density``)."""
+    """What the compiled laws read of a material: alpha0, start (alpha_s), stretch (dh/d alpha),
+    bulk_modulus K_0 [Pa]."""
 
     alpha0: float
     start: float
     stretch: float
     bulk_modulus: float
-    cold: float
 
 
 Row = Pores
@@ -167,14 +162,13 @@ def distention(rho, u, rest, kind, material, curve, row, p, crushing):
 
     Returns alpha, the new alpha_z, and whether the particle is on the crush curve.
     """
-    heat = 0.0 if p.cold > 0.0 else u
-    alpha, P = _elastic(rho, heat, rest, kind, material, p)
+    alpha, P = _elastic(rho, u, rest, kind, material, p)
     if not crushing or P <= crush.onset(curve, row) or alpha <= on_curve(P, curve, row, p):
         return alpha, rest, False
-    alpha = _crushed(rho, heat, alpha, kind, material, curve, row, p)
+    alpha = _crushed(rho, u, alpha, kind, material, curve, row, p)
     if alpha <= 1.0:
         return 1.0, 1.0, True
-    P = _bulk(alpha, rho, heat, kind, material)[0]
+    P = _bulk(alpha, rho, u, kind, material)[0]
     return alpha, max(min(rest, along_elastic(alpha, -max(P, 0.0), p)), 1.0), True
 
 
@@ -187,9 +181,8 @@ def strain_factor(rho, u, alpha, by_pressure, kind, material, p):
     """
     if by_pressure == 0.0:
         return 1.0
-    P, by_alpha, by_rho, by_u = _bulk(alpha, rho, 0.0 if p.cold > 0.0 else u, kind, material)
-    heating = 0.0 if p.cold > 0.0 else P / (rho * rho) * by_u
-    by_density = by_pressure * (by_rho + heating) / (1.0 - by_pressure * by_alpha)
+    P, by_alpha, by_rho, by_u = _bulk(alpha, rho, u, kind, material)
+    by_density = by_pressure * (by_rho + P / (rho * rho) * by_u) / (1.0 - by_pressure * by_alpha)
     return max(1.0 + rho / alpha * by_density, 0.0)
 
 
@@ -202,7 +195,7 @@ def compact(curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing, p):
     elastic = strain_factor(rho, u, alpha, elastic_slope(alpha, p), eos_kind, eos_row, p)
     loaded = elastic
     if loading:
-        P = bulk_pressure(alpha, rho, 0.0 if p.cold > 0.0 else u, eos_kind, eos_row)
+        P = bulk_pressure(alpha, rho, u, eos_kind, eos_row)
         loaded = strain_factor(rho, u, alpha, (p.start - 1.0) * crush.slope(curve, curve_row, P), eos_kind, eos_row, p)
     return alpha, rest, loaded, elastic, speed_factor(alpha, p)
 
@@ -228,5 +221,5 @@ def row(p: Parameters, matrix: Matrix) -> Pores:
         if p.elastic_speed > c0:
             raise ValueError(f"elastic_speed must not be above that of the solid, {c0:.4g} m/s")
         stretch = (p.elastic_speed - c0) / (c0 * (p.alpha0 - 1.0))
-    pores = Pores(p.alpha0, p.alpha0, stretch, matrix.bulk_modulus, float(FORMS.index(matrix.form)))
+    pores = Pores(p.alpha0, p.alpha0, stretch, matrix.bulk_modulus)
     return pores._replace(start=along_elastic(p.alpha0, matrix.crush_onset, pores))

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import Field
 
 from matter.case.body import Model
+from matter.case.identity_fields import Follows
 from sph.kernels import dispatch as kernels
 from sph.pairs import lattice_gradients
 from sph.pairs.scheme import Scheme
@@ -90,13 +91,13 @@ class Numerics(Model):
     smoothing: Literal["fixed", "density"] = _of_set("smoothing")
     """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and
     ``longest`` times it (``sph.pairs.smoothing``); by default those of ``numerics``."""
-    shortest: Annotated[float, Field(gt=0.2, le=1)] = _of_set("shortest")
+    shortest: Annotated[float, Field(gt=0.2, le=1), Follows()] = _of_set("shortest")
     """With ``smoothing = "density"``: least smoothing length over its first value; by default that of ``numerics``. A
     shock squeezes matter in one direction: where it does so by four (loose porous ice) particles keep too few
     neighbours beside them with 0.5, and P comes out 3 % low."""
-    longest: Annotated[float, Field(ge=1, le=4)] = 2.0
+    longest: Annotated[float, Field(ge=1, le=4), Follows()] = 2.0
     """With ``smoothing = "density"``: largest smoothing length over its first value."""
-    length_terms: bool = Field(default_factory=_length_terms)
+    length_terms: Annotated[bool, Follows()] = Field(default_factory=_length_terms)
     """With ``volumes = "start"`` and ``smoothing = "density"``: include what the change of smoothing lengths adds to
     the density's rate (``sph.pairs.length_terms``); by default, where both are so, that of ``numerics``."""
     gradients: Literal["plain", "normalised", "corrected"] = _of_set("gradients")
@@ -106,7 +107,7 @@ class Numerics(Model):
     viscosity_switch: Literal["none", "morris_monaghan"] = "none"
     """``none``: full viscosity everywhere; ``morris_monaghan``: a twentieth of it where nothing has been compressed
     (``sph.viscosity.morris_monaghan``)."""
-    conductivity: Annotated[float, Field(ge=0, le=20)] = Field(default_factory=_conductivity)
+    conductivity: Annotated[float, Field(ge=0, le=20), Follows()] = Field(default_factory=_conductivity)
     """Coefficient of the artificial conductivity, which spreads what a strong shock's first step heats too much
     (``sph.pairs.conductivity``; 0: none). Needs ``viscosity = "reconstructed"`` without ``viscosity_switch`` and
     without corrected gradients; by default, where all are so, that of ``numerics``."""

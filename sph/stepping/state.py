@@ -97,21 +97,66 @@ class Physics(NamedTuple):
 _BLOCK = 256  # particles that a thread takes at a time
 
 
+@law
+def _close_pores(i, cloud, rows, pores, crushing, linear):
+    """The present distention of a particle and the factor of its sound speed; fills ``pores`` and compacts the cloud's
+    distention. In the linear media of the late stage pores stay."""
+    m = cloud.material[i]
+    a, slow = 1.0, 1.0
+    if rows.porosity[m] > 0 and linear:
+        a = cloud.distention[i]
+        pores.strain_ratio[i, 0], pores.strain_ratio[i, 1] = 1.0, 1.0
+    elif rows.porosity[m] > 0:
+        pore_law = rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m]
+        a, rest, loading, unloading, slow = porosity.compact(
+            *pore_law, cloud.density[i], cloud.specific_energy[i], cloud.distention[i], crushing
+        )
+        cloud.distention[i] = rest
+        pores.strain_ratio[i, 0], pores.strain_ratio[i, 1] = loading, unloading
+    pores.distention[i] = a
+    return a, slow
+
+
+@law
+def _inertial(rate, inertial, rho0, P):
+    """The factor of what bears friction at this ``rate`` (6,) of strain; 1 where friction does not go by it."""
+    if not (inertial[DIAMETER] > 0.0 and P > 0.0):
+        return 1.0
+    number = inertial_friction.inertial_number(
+        rate[0], rate[1], rate[2], rate[3], rate[4], rate[5], inertial[DIAMETER], rho0, P
+    )
+    return inertial_friction.factor(number, inertial[I0], inertial[RATIO])
+
+
+@law
+def _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows):
+    """Cap of D^(1/3) and its rate [1/s] for a particle in which the largest principal strain is ``strain``."""
+    m, first, last = cloud.material[i], cloud.flaw_first[i], cloud.flaw_last[i]
+    active = 0
+    while first + active < last and flaw_strain[first + active] < strain:
+        active += 1
+    if active == 0:
+        return 0.0, 0.0
+    kind, mass, rho = rows.growth[m], cloud.mass[i], cloud.density[i]
+    opened, total = growth.counted(kind, active, last - first, strain, flaw_strain[first], flaw_strain[last - 1])
+    cap = growth.cap(kind, opened, total)
+    if cloud.root_damage[i] >= cap:
+        return cap, 0.0
+    crack = growth.crack_speed(kind, rows.crack_speed[m], rows.bulk[m], rows.shear[m], rho, D) * slow
+    size = (mass / rho * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
+    return cap, growth.rate(kind, opened, total, crack, size, cloud.support_radius[i])
+
+
 @kernel
-def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
-    """One evaluation of the particles ``first_particle`` to ``end_particle`` - 1; arguments as ``_evaluate``."""
+def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
+    """One evaluation of the particles of a ``block``; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
     h = cloud.support_radius
-    stress, root_damage, distention = cloud.stress, cloud.root_damage, cloud.distention
-    initial = cloud.initial_distention
-    material, count, flaw_first, flaw_last = cloud.material, cloud.neighbours, cloud.flaw_first, cloud.flaw_last
+    stress, root_damage, material = cloud.stress, cloud.root_damage, cloud.material
     row, pressure, wave, damage_rate, damage_cap = out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap
-    status = out.status
-    strength, damage, crushing = physics.strength, physics.damage, physics.crushing
-    if pores is not None:
-        present_distention, strain_ratio = pores.distention, pores.strain_ratio
+    status, strength, damage = out.status, physics.strength, physics.damage
     late_density, late_c2, linear = late.density, late.c2, len(late.c2) > 0
-    for i in range(first_particle, end_particle):
+    for i in range(block * _BLOCK, min(len(mass), (block + 1) * _BLOCK)):
         m = material[i]
         bad = (
             not (rho[i] > 0.0)
@@ -119,29 +164,10 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
         )
         status[i] = 1 if bad else 0
-        a, inv_distention, slow, G = 1.0, 1.0, 1.0, rows.shear[m]
+        a, slow, G = 1.0, 1.0, rows.shear[m]
         if pores is not None:
-            if rows.porosity[m] > 0 and linear:
-                a = distention[i]
-                strain_ratio[i, 0], strain_ratio[i, 1] = 1.0, 1.0
-                inv_distention = 1.0 / a
-            elif rows.porosity[m] > 0:
-                a, rest, loading, unloading, slow = porosity.compact(
-                    rows.porosity[m],
-                    rows.pores[m],
-                    rows.crush[m],
-                    rows.crush_row[m],
-                    rows.eos[m],
-                    rows.eos_row[m],
-                    rho[i],
-                    u[i],
-                    distention[i],
-                    crushing,
-                )
-                distention[i] = rest
-                strain_ratio[i, 0], strain_ratio[i, 1] = loading, unloading
-                inv_distention = 1.0 / a
-            present_distention[i] = a
+            a, slow = _close_pores(i, cloud, rows, pores, physics.crushing, linear)
+        inv_distention = 1.0 / a
         if not linear:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
             P *= inv_distention
@@ -154,14 +180,16 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
         boiling = heat >= rows.boils[m]  # what boils is no solid, whether its material says when it melts or not
         cut = 0.0 if boiling else rows.tension[m] * thermal_softening.softening(heat, rows.melt[m])
         P = max(P, -cut * inv_distention)
-        keep = interaction_fraction(count[i])
+        keep = interaction_fraction(cloud.neighbours[i])
         sxx, sxy, sxz, syy, syz = stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4]
         D, s, carrying = 0.0, keep * inv_distention, rho[i]
         damage_rate[i], damage_cap[i] = 0.0, 0.0
         if strength and G > 0.0:
             root = root_damage[i]
             if pores is not None and damage and rows.growth[m] > 0:
-                root = compaction_damage.total(root, compaction_damage.root(distention[i], initial[i]))
+                root = compaction_damage.total(
+                    root, compaction_damage.root(cloud.distention[i], cloud.initial_distention[i])
+                )
             D = root * root * root
             law = rows.strength[m]
             P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * inv_distention)
@@ -169,19 +197,7 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
             bearing = a * P
             if rate is not None:
-                if rows.inertial[m, DIAMETER] > 0.0 and P > 0.0:
-                    number = inertial_friction.inertial_number(
-                        rate[i, 0],
-                        rate[i, 1],
-                        rate[i, 2],
-                        rate[i, 3],
-                        rate[i, 4],
-                        rate[i, 5],
-                        rows.inertial[m, DIAMETER],
-                        rows.rho0[m],
-                        P,
-                    )
-                    bearing *= inertial_friction.factor(number, rows.inertial[m, I0], rows.inertial[m, RATIO])
+                bearing *= _inertial(rate[i], rows.inertial[m], rows.rho0[m], P)
             limit = strengths.yield_stress(law, rows.strength_row[m], bearing, heat, D)
             if plastic is not None:
                 limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
@@ -195,23 +211,8 @@ def _evaluate_some(first_particle, end_particle, cloud, flaw_strain, rows, physi
             sxx, sxy, sxz, syy, syz = f * sxx, f * sxy, f * sxz, f * syy, f * syz
             stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4] = sxx, sxy, sxz, syy, syz
             if damage and rows.flawed[m] > 0.0:
-                first, last = flaw_first[i], flaw_last[i]
                 strain = grady_kipp.largest_principal(sxx, sxy, sxz, syy, syz, a * P) / rows.young[m]
-                active = 0
-                while first + active < last and flaw_strain[first + active] < strain:
-                    active += 1
-                if active > 0:
-                    opened, total = growth.counted(
-                        rows.growth[m], active, last - first, strain, flaw_strain[first], flaw_strain[last - 1]
-                    )
-                    cap = growth.cap(rows.growth[m], opened, total)
-                    damage_cap[i] = cap
-                    if root_damage[i] < cap:
-                        crack = (
-                            growth.crack_speed(rows.growth[m], rows.crack_speed[m], rows.bulk[m], G, rho[i], D) * slow
-                        )
-                        size = (mass[i] / rho[i] * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
-                        damage_rate[i] = growth.rate(rows.growth[m], opened, total, crack, size, h[i])
+                damage_cap[i], damage_rate[i] = _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows)
             if rows.mixes_damage[m] == 0:
                 s *= 1.0 - D
         else:
@@ -242,22 +243,9 @@ def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate
     stress (yielded), distention (compacted) and plastic strain.
     """
     n = len(cloud.mass)
-    for block in prange(
-        (n + _BLOCK - 1) // _BLOCK
-    ):  # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
-        _evaluate_some(
-            block * _BLOCK,
-            min(n, (block + 1) * _BLOCK),
-            cloud,
-            flaw_strain,
-            rows,
-            physics,
-            out,
-            pores,
-            late,
-            plastic,
-            rate,
-        )
+    # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
+    for block in prange((n + _BLOCK - 1) // _BLOCK):
+        _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate)
 
 
 class Evaluated:

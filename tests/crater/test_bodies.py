@@ -13,9 +13,9 @@ import pytest
 from crater.bodies import body_findings, body_report, levels, measured
 from crater.bodies.body_comparison import BodyComparison, Pair
 from crater.bodies.body_findings import Body
+from crater.bodies.mutual_orbit import Orbit
 from crater.ground import datum, locate
 from crater.results.measurement_config import MeasurementConfig
-from crater.settings import Settings
 from fixtures import grain_bodies as bodies
 from fixtures import synthetic_craters as synthetic
 from matter.particles import Particles
@@ -28,6 +28,7 @@ from matter.wording.body_measures import PAIRS, SINGLES, TABLE
 AXES = (200.0, 150.0, 110.0)
 SPACING = 5.0
 DENSITY = bodies.DENSITY
+ORBIT = Orbit(5e11, 1200.0, np.array([0.0, 1.0, 0.0]), np.array([1.0, 0.0, 0.0]))
 
 
 def lattice(spacing: float, half: float, seed: int = 1) -> Particles:
@@ -48,7 +49,7 @@ def inside(particles: Particles, turn: np.ndarray, axes: tuple[float, float, flo
 
 
 def a_body(shape: Shape, brought=(0.0, 0.0, -1e7), **more) -> Body:
-    given = {"omega": np.zeros(3), "orbit": None, "track": None, "gravity": 1e-4, "rise": 50.0}
+    given = {"omega": np.zeros(3), "orbit": None, "gravity": 1e-4, "rise": 50.0}
     return Body(shape=shape, brought=np.array(brought, dtype=float), **{**given, **more})
 
 
@@ -236,7 +237,7 @@ def test_beta_of_two_groups_of_known_momenta(even):
     velocity = np.tile((brought - lost) / before.mass[~slow].sum(), (len(before), 1))
     velocity[slow] = thrown
     after["velocity"] = velocity
-    seen = look_at(before, after, shape, brought=brought, track=np.array([0.0, 1.0, 0.0]))
+    seen = look_at(before, after, shape, brought=brought, orbit=ORBIT)
     assert np.array_equal(seen.after.bound, ~slow)
     assert measured.escaping_mass_kg(seen).value == pytest.approx(before.mass[slow].sum())
     assert measured.ejected_mass_kg(seen).value == pytest.approx(before.mass[slow].sum())
@@ -296,20 +297,3 @@ def test_the_map_is_a_surface_that_pyvista_opens(even, tmp_path):
     lines = body_report.body_lines(json.loads(json.dumps({"final": "dem", "dem": stage.as_dict(tmp_path)})))
     assert lines[0] == "the body: a crater (as told)" and any("longest axis" in line for line in lines)
     assert "<h2>The body</h2>" in body_report.section([stage], tmp_path)
-
-
-@pytest.mark.parametrize(
-    "given,said",
-    [
-        ({"along_track": (0.0, 0.0, 0.0)}, "not all of them 0"),
-        ({"along_track": (1.0, float("nan"), 0.0)}, "finite"),
-        ({"along_track": (1.0, 0.2, 0.0)}, "from the line to the companion"),
-    ],
-)
-def test_a_track_that_cannot_be_is_refused(given, said):
-    target = bodies.target(AXES, companion={"mass": "5e11 kg", "distance": "1 km"})
-    shot = {"speed": "6 km/s", "angle_from_vertical": "0 deg", "expected_transient_diameter": "30 m",
-            "projectile": {"material": "aluminum", "radius": "0.5 m"}}  # fmt: skip
-    with pytest.raises(ValueError, match=said):
-        Settings(target=target, impact=shot, **given)
-    Settings(target=target, impact=shot, along_track=(0.1, -1.0, 0.0))

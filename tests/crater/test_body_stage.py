@@ -113,16 +113,6 @@ def test_a_case_may_name_every_stage_and_ends_with_the_crater_by_default(tmp_pat
     assert set(compose.compose(cases.read(tmp_path))) == {"sph", "crater"}
 
 
-def test_a_track_belongs_to_such_a_body(tmp_path):
-    flat = CASE.replace('shape = "ellipsoid"\naxes = ["60 m", "55 m", "40 m"]\n', 'shape = "half_space"\n')
-    for line in ('latitude = "20 deg"\n', 'longitude = "130 deg"\n', 'azimuth = "60 deg"\n', 'spin_period = "5 h"\n'):
-        flat = flat.replace(line, "")
-    flat = flat.replace('[target.companion]\nmass = "5e11 kg"\ndistance = "1 km"\n', "")
-    (tmp_path / "case.toml").write_text(flat + "[crater]\nalong_track = [0.0, 1.0, 0.0]\n")
-    with pytest.raises(ValueError, match="along_track: of an ellipsoid or mesh only"):
-        compose.compose(cases.read(tmp_path))
-
-
 def test_the_page_holds_the_body_that_the_map_holds(run):
     """The viewer's corners are the ground before and after, its bytes the change of height, to a step of theirs."""
     page = (run / "6_crater" / "report.html").read_text()

@@ -123,10 +123,11 @@ def test_a_cap_is_loose_where_it_is_solid(tmp_path, bed_settings):
     assert found[0] > 0.64 and found[1] < 0.61 and found[0] - found[1] > 0.05
 
 
-def test_a_liquid_alone_is_close(tmp_path):
+def test_a_liquid_alone_is_close(tmp_path, monkeypatch):
     """Nothing is measured where nothing has friction."""
+    monkeypatch.setattr("dem.contact.settings.LIQUIDS", ("basalt",))
     write_ground(tmp_path / "target.json")
-    ground, contact = FlatGround.read(tmp_path / "target.json"), Contact(liquids=("basalt",))
+    ground, contact = FlatGround.read(tmp_path / "target.json"), Contact()
     box = Container("box", 10.0, -10.0, 2.0)
     loose = loose_packing.LooseBed.of_law(ground, box, contact)
     assert loose.fraction.tolist() == [loose_packing.CLOSE]

@@ -10,7 +10,6 @@ from matter.case import material, quantity
 from matter.errors import InputError
 from pipeline.case import bibliography
 from sph.materials.families import FAMILIES
-from sph.porosity import p_alpha
 
 DIMENSIONS = {
     "tillotson": {"rho0": "kg/m^3"}
@@ -29,7 +28,7 @@ DIMENSIONS = {
 }
 
 
-LAWS = {family.key: family.names for family in FAMILIES} | {"crush_form": p_alpha.FORMS}
+LAWS = {family.key: family.names for family in FAMILIES}
 
 
 @pytest.mark.parametrize("name", material.names())

@@ -146,3 +146,8 @@ def test_the_example_of_a_message_is_a_key():
     assert [key.name for key in keys.find(".".join(map(str, path)))[1]] == ["sph.end_time"] and quantity.parse(
         value, "s"
     ) == 1800.0
+
+
+def test_keys_are_few():
+    """One more takes the place of one that no case, material or study sets."""
+    assert sum(len(keys.keys(table)) for table in keys.tables()) <= 250

@@ -154,3 +154,20 @@ def test_springs_of_a_layered_bed_are_bounded_by_the_solid_of_the_case(tmp_path)
         made = grain_masses.matched(grains, None, body, domain, soft)
         bound[rho] = float(made.stiffness[0] / made.mass[0])
     assert bound[2700.0] / bound[3500.0] == pytest.approx(3500.0 / 2700.0, rel=1e-9)
+
+
+FORMER = {
+    "sph.shortest": 0.7, "sph.longest": 2.0, "sph.length_terms": "false", "sph.conductivity": 8.0,
+    "sph.materials.ice.crush_form": '"density"', "nbody.pinned": "true", "handoff.mapping": '"nearest"',
+    "bed.pull_interval": '"3 s"', "dem.pull_interval": '"3 s"', "dem.contact.liquids": '["water"]',
+    "dem.contact.expected_speed": '"1 m/s"', "dem.contact.rayleigh_fraction": 0.2,
+    "crater.along_track": "[1.0, 0.0, 0.0]",
+}  # fmt: skip
+
+
+def test_keys_that_there_were_say_what_stands_in_their_stead():
+    sets = tuple(f"{key}={value}" for key, value in FORMER.items())
+    with pytest.raises(InputError) as found:
+        compose.compose(cases.read(CASES / "valhalla_980km", "quick", sets))
+    for key in FORMER:
+        assert f"{key}: there is no such key any more: " in str(found.value), key

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import tomllib
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from matter.errors import InputError
@@ -176,3 +178,14 @@ def test_late_steps_are_predicted():
     whole = cost.steps(settings)[1]
     assert whole - cost.work(settings)(settings.late.at) == pytest.approx(3_456, rel=0.05)
     assert whole == pytest.approx(11_339, rel=0.15)
+
+
+def test_the_site_of_the_shape_model_follows_from_the_direction_of_flight():
+    """The projectile flies along ``arrival`` in the frame of the mesh, through the centre of mass."""
+    target = compose(cases.read(ROOT / "cases" / "shape_model"))["sph"].target
+    flight = np.array(target.arrival) / np.linalg.norm(target.arrival)
+    latitude, longitude = target.latitude, target.longitude
+    up = [math.cos(latitude) * math.cos(longitude), math.cos(latitude) * math.sin(longitude), math.sin(latitude)]
+    assert target.shape == "mesh" and np.asarray(up) == pytest.approx(-flight, abs=1e-4)
+    aim = np.array(target.aim(compose(cases.read(ROOT / "cases" / "shape_model"))["sph"].impact))
+    assert aim @ target.placed.turn / np.linalg.norm(aim) == pytest.approx(flight, abs=1e-4)

@@ -15,6 +15,7 @@ from dem import stage as collapse
 from handoff import stage as handing
 from handoff.domains import domain
 from handoff.source import cloud_surface
+from matter.errors import InputError
 from matter.files import snapshot
 from matter.geometry.rotation import rotation
 from matter.solids.body_datum import Datum
@@ -79,7 +80,8 @@ def written(folder: Path, text: str = CASE) -> Path:
 def test_the_handoff_knows_how_long_the_collapse_is(tmp_path):
     assert compose.compose(cases.read(written(tmp_path)))["handoff"].until == 300.0
     longer = CASE.replace('time = "last"', 'time = "last"\nuntil = "1 h"')
-    assert compose.compose(cases.read(written(tmp_path, longer)))["handoff"].until == 3600.0
+    with pytest.raises(InputError, match=r"handoff.until: there is no such key any more: \[dem\] latest_time says it"):
+        compose.compose(cases.read(written(tmp_path, longer)))
     open_end = CASE.replace('end_time = "5 min"\nlatest_time = "5 min"\n', "")
     settings = compose.compose(cases.read(written(tmp_path, open_end)))
     assert settings["handoff"].until == pytest.approx(settings["dem"].latest_time, rel=0.02)

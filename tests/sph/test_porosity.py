@@ -49,7 +49,6 @@ MATERIALS = {
     "quadratic": ("basalt", {"p_alpha": {"alpha0": 1.5}, "crush_quadratic": {"Pe": "0.1 GPa", "Ps": "1 GPa"}}),
     "elastic": ("aluminum", {}),
     "two powers": ("pumice", {}),
-    "density": ("aluminum", {"crush_form": "density"}),
 }  # fmt: skip
 
 
@@ -87,7 +86,7 @@ def test_a_particle_lies_on_or_below_its_crush_curve(which, stretch, u, start):
     rho = rows.rho0[0] / rest * (1.0 + stretch)
     alpha, new, loading, unloading, slow = state(rho, u, rest)
     assert 1.0 <= new <= rest and 1.0 <= alpha <= rest + 1e-12
-    P = pressure(rho, 0.0 if pores.cold else u, alpha)
+    P = pressure(rho, u, alpha)
     on_curve = p_alpha.on_curve(P, rows.crush[0], rows.crush_row[0], pores)
     if P > crush.onset(rows.crush[0], rows.crush_row[0]):
         assert alpha <= on_curve + 1e-9
@@ -162,14 +161,6 @@ def test_elastic_wave_speed_is_the_given_one():
     loads = [(r, pressure(r, 0.0, state(r, 0.0, 1.275)[0])) for r in (rho, rho * (1 + 1e-5))]
     assert math.sqrt((loads[1][1] - loads[0][1]) / (loads[1][0] - loads[0][0])) == pytest.approx(4110, rel=1e-3)
     assert state(rho, 0.0, 1.275)[4] * c0 == pytest.approx(4110, rel=1e-9)
-
-
-def test_form_density_does_not_see_heat():
-    state, _, _ = material("aluminum", crush_form="density")
-    by_pressure, _, _ = material("aluminum")
-    assert state(2300.0, 0.0, 1.275)[:2] == state(2300.0, 1e6, 1.275)[:2]
-    assert by_pressure(2300.0, 0.0, 1.275)[0] == pytest.approx(state(2300.0, 0.0, 1.275)[0], abs=1e-12)
-    assert by_pressure(2300.0, 1e6, 1.275)[0] < by_pressure(2300.0, 0.0, 1.275)[0]
 
 
 def test_no_pores_is_no_porosity():
