@@ -40,6 +40,7 @@ from dem.beds.solid_body import is_solid
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from dem.trials import friction_angle
+from matter.blocks import block_file
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.wording import readable
@@ -170,7 +171,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     """What makes the bed; ``InputError`` when settings and ground do not fit each other."""
     if flat_ground.is_flat(target):
-        return flat_bed.maker(settings, flat_ground.FlatGround.read(target))
+        return flat_bed.maker(settings, flat_ground.FlatGround.read(target), blocks=block_file.of_target(target))
     if settings.on_patch and is_solid(target):
         found = patch.read(settings, target)
         return flat_bed.maker(settings, patch.ground_of(found.facts), found.facts)
