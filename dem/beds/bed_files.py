@@ -38,8 +38,8 @@ def leave(
     **attributes: Any,
 ) -> None:
     """Write report, picture (``draw`` does it into a path) and grains. The ``attributes`` of the snapshot are
-    ``frame``, ``materials``, ``domain`` and what else this kind of bed has to say; ``fields`` are further ones of the grains,
-    in the order of their identities.
+    ``frame``, ``materials``, ``domain`` and what else this kind of bed has to say; ``fields`` are further
+    ones of the grains, in the order of their identities.
 
     Raises ``Unsound``, with ``where`` behind it, for a bed that does not rest: all files are written by then.
     """

@@ -73,9 +73,7 @@ class Settings(Model):
                 'and dem ([case] stages = ["sph", "crater"])'
             )
         if self.target.blocks and self.packing != "loose":
-            raise ValueError(
-                f'packing: blocks lie in a loose bed only: packing = "loose", not "{self.packing}"'
-            )
+            raise ValueError(f'packing: blocks lie in a loose bed only: packing = "loose", not "{self.packing}"')
         return self
 
     @property

@@ -12,6 +12,7 @@ from sph.stepping import state
 if TYPE_CHECKING:
     from sph.simulation import Simulation
 
+
 def fates(run: Simulation) -> dict[str, Any]:
     """Numbers for the stage's report: whole and broken blocks, momentum of blocks and of the ground between them
     [kg m/s], and of each listed block how far it moved [m], its velocity [m/s] and its damage."""

@@ -79,8 +79,8 @@ class BlockSettling(FlatSettling):
         whole = bed_measures.ground_mass(ground, container)  # type: ignore[arg-type]
         if heavy > block_grains.HEAVIEST * whole:
             raise InputError(
-                f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the ground's {whole:.4g} kg for grains: "
-                "lower volume_fraction"
+                f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the ground's {whole:.4g} kg for "
+                "grains: lower volume_fraction"
             )
         super().__init__(points, radius, ground, container, contact, limit, False, speed, loose)  # type: ignore[arg-type]
 
