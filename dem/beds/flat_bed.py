@@ -67,17 +67,18 @@ def maker(
     settings: Settings,
     ground: FlatGround,
     patch: Mapping[str, Any] | None = None,
-    blocks: Particles | None = None,
+    target: Path | None = None,
 ) -> Callable[[Path], None]:
     """Check the settings against the ground; what is returned makes the bed in a folder. ``patch``: what the ground is
-    a patch of (``dem.beds.patch``), for report and grains to carry; ``blocks``: those of ``blocks.h5``."""
+    a patch of (``dem.beds.patch``), for report and grains to carry; ``target``: the ``target.json`` whose blocks the
+    bed holds."""
     if not settings.contact.linear:
         raise InputError(
             f'[bed] flat ground is settled with springs of constant stiffness: normal = "{settings.contact.normal}" '
             f"is not for it"
         )
     container = container_of(settings, ground)
-    return lambda out: make(settings, ground, container, out, patch, blocks)
+    return lambda out: make(settings, ground, container, out, patch, block_file.of_target(target) if target else None)
 
 
 def make(

@@ -191,7 +191,7 @@ def _carving(
         receiver[~free[inner.indices[samples.particle]]] = -1
     volume = carve.grain_volumes(bed, stays, receiver, samples)
     size, columns = _cavity(solid, stays, grains, region, bed)
-    _refuse_misfit(size, source, split, region, rules, bed)
+    _refuse_misfit(size, source, split, region, rules, bed, free)
     return Carving(solid, factor, stays, volume, samples, receiver, size, columns)
 
 
@@ -229,6 +229,7 @@ def _refuse_misfit(
     region: domain.Domain,
     rules: cloud_surface.Rules,
     bed: Particles,
+    free: np.ndarray | None,
 ) -> None:
     radius = grain_size.at_impact(bed)
     if size.radius == 0.0 and rules.crater == "required":
@@ -249,6 +250,8 @@ def _refuse_misfit(
     over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
     resting_high = (height > headroom) & over & resting & (split.reason != cloud_surface.SPARSE)
+    if free is not None:
+        resting_high &= free
     if source.mass[resting_high].sum() > _STANDING * source.mass[split.compact & over].sum():
         raise InputError(
             f"{np.count_nonzero(resting_high)} particles rest higher than the bed's headroom "

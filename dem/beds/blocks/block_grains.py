@@ -19,8 +19,10 @@ import numpy as np
 from dem.beds import bed_measures
 from dem.beds.container import Container
 from dem.beds.grading import Grading
+from matter.blocks.placing import Placing
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.wording import readable
 
 LEAST = 2.0
 """Radius of the smallest block that becomes a grain over that of the grains about it."""
@@ -62,13 +64,28 @@ def of_ground(blocks: Particles, digest: str, container: Container, sizes: Gradi
     """The blocks that are grains in this container, between grains of these sizes. Raises ``InputError`` where they
     find no room as spheres."""
     x, r = blocks.position, blocks.radius
-    take = (blocks.resolved == 1) & (r >= LEAST * sizes.local(x)) & (x[:, 2] < 0.0)
-    below = x[:, 2] - container.floor if container.shape != "bowl" else np.full(len(r), np.inf)
-    take &= (container.side_depth(x) >= r) & (below >= r)
-    chosen = np.flatnonzero(take)
+    chosen = np.flatnonzero((blocks.resolved == 1) & fits(x, r, container, sizes))
     name = str(blocks.attributes["materials"][0])
     found = BlockGrains(chosen, x[chosen], r[chosen], blocks.mass[chosen], name, digest, len(blocks))
     return found._replace(position=_apart(found))
+
+
+def fits(x: np.ndarray, r: np.ndarray, container: Container, sizes: Grading) -> np.ndarray:
+    """Which spheres (n,) at x (n, 3) of radius r (n,) [m] are large enough and lie inside the container."""
+    below = x[:, 2] - container.floor if container.shape != "bowl" else np.full(len(r), np.inf)
+    return (r >= LEAST * sizes.local(x)) & (x[:, 2] < 0.0) & (container.side_depth(x) >= r) & (below >= r)
+
+
+def worded(placing: Placing, container: Container, sizes: Grading) -> str:
+    """What becomes of the blocks of a target in words, for ``--check``."""
+    r = np.cbrt(0.75 / math.pi * placing.volume)
+    some = fits(placing.centre, r, container, sizes)
+    smallest = f", the smallest of {readable.length(float(r[some].min()))} radius" if some.any() else ""
+    return (
+        f"of {len(r):,} block{'s' * (len(r) > 1)} {int(some.sum()):,} can be large grains{smallest}: those with "
+        f"particles of their own in the shock stage, {LEAST:g} radii of the grains about them and inside the bed; the "
+        "mass of the others is in the grains"
+    )
 
 
 def _apart(blocks: BlockGrains) -> np.ndarray:
