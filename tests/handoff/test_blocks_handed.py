@@ -128,7 +128,7 @@ def test_the_whole_keeps_mass_momentum_and_angular_momentum(handed, source):
 
 
 def test_no_block_is_cut_and_nothing_lies_in_one(handed, rubble_bed):
-    bed, made, _ = handed
+    _, made, _ = handed
     start = made.start
     grains, plain = start.select(start.block >= 0), start.select((start.block < 0) & (start.state == 0))
     assert (grains.radius == RADIUS).all()
@@ -171,7 +171,10 @@ def test_contacts_of_a_block_in_place_stay(handed, rubble_bed):
     [
         ("block_mass_rel", lambda g: {"mass": g.mass * np.where(g.block == 7, 1.0 + 1e-9, 1.0)}),
         ("block_momentum_rel", lambda g: {"velocity": g.velocity + 1e-8 * (g.block == 8)[:, None]}),
-        ("block_spin_rel", lambda g: {"angular_velocity": g.angular_velocity * (1.0 + 1e-6 * (g.block == 7)[:, None])}),
+        (
+            "block_spin_rel",
+            lambda g: {"angular_velocity": g.angular_velocity * (1.0 + 1e-6 * (g.block == 7)[:, None])},
+        ),
         ("block_place_over_r", lambda g: {"position": g.position + 0.2 * RADIUS * (g.block == 8)[:, None]}),
         ("block_count_off", lambda g: {"block": np.where(g.block == 8, -1, g.block)}),
     ],
