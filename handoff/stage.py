@@ -312,6 +312,7 @@ def _record(
         ],
         "ejecta_mass_kg": dict(handoff.ejecta.mass_by_state()),
         "ejecta_fates_kg": dict(handoff.ejecta.mass_by_fate()),
+        **({} if handoff.blocks is None else {"blocks": handoff.blocks.as_table()}),
     }
 
 

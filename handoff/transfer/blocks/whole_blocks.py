@@ -47,6 +47,25 @@ class WholeBlocks:
     damage: np.ndarray
     filled: dict[str, Any]
 
+    def as_table(self) -> dict[str, Any]:
+        """Plain values: of each whole block where it lies and how it moves, and which are broken."""
+        g, count = self.grains, len(self.grains)
+        whole = [
+            {
+                "block": int(g.block[k]),
+                "damage": float(self.damage[k]),
+                "in_place": bool(self.in_place[k]),
+                "position_m": g.position[k].tolist(),
+                "velocity_m_s": g.velocity[k].tolist(),
+                "mass_kg": float(g.mass[k]),
+            }
+            for k in range(count)
+        ]
+        broken = [
+            {"block": int(number), "damage": float(damage)} for number, damage in zip(self.broken, self.damage[count:])
+        ]
+        return {"whole": whole, "broken": broken, **self.filled}
+
     def of(self, particle: np.ndarray, source: Particles) -> np.ndarray:
         """The row among ``grains`` of each of these particles (indices), all of whole blocks."""
         return np.searchsorted(self.grains.block, source.block[particle])
