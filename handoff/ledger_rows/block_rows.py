@@ -85,10 +85,10 @@ def _largest(off: np.ndarray, scale: np.ndarray) -> float:
 
 
 def _told(blocks: WholeBlocks, grains: Particles) -> str:
-    gone = int(np.count_nonzero(grains.state == BOOKED))
+    beyond = int(np.count_nonzero(grains.state == BOOKED))
     return (
         f"mean damage below {block_bodies.WHOLE:g}: {int(blocks.in_place.sum())} in place, "
-        f"{int((~blocks.in_place).sum())} moved by more than {whole_blocks.IN_PLACE:g} of their radius, {gone} of "
+        f"{int((~blocks.in_place).sum())} moved by more than {whole_blocks.IN_PLACE:g} of their radius, {beyond} of "
         "these beyond the bed"
     )
 

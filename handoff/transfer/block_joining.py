@@ -16,8 +16,8 @@ def joined(start: Particles, blocks: WholeBlocks, source: Particles, bed: Partic
     settled ``bed``. Ejecta that lie in a block fly until they land."""
     grains = Particles(blocks.grains, start.attributes)
     particle = np.flatnonzero(blocks.taken)
-    shares = grain_provenance.of_groups(source, particle, blocks.of(particle, source), len(grains))
-    grain_provenance.give(grains, source, region, shares)
+    taken = grain_provenance.of_groups(source, particle, blocks.rows_of(particle, source), len(grains))
+    grain_provenance.give(grains, source, region, taken)
     names = [*bed.attributes["materials"]]
     grains["material"] = [start.attributes["materials"].index(names[k]) for k in grains.material]
     plain = Particles(start, start.attributes)

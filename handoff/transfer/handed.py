@@ -27,7 +27,7 @@ class Compact:
     fraction: np.ndarray
     centre: np.ndarray
 
-    def of(self, some: np.ndarray) -> Compact:
+    def among(self, some: np.ndarray) -> Compact:
         """The part of it among ``some`` (n,) particles of the source."""
         mine = some[self.indices]
         return Compact(self.indices[mine], self.fraction[mine], self.centre[mine])

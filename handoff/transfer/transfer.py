@@ -83,7 +83,7 @@ def hand_over(
 
     ejecta = np.flatnonzero(~split.compact if free is None else ~split.compact & free)
     flying = ejected.from_source(source, ejecta, carved, packing, region, column, until, rules)
-    before, outside = _sums(source, inner if free is None else inner.of(free), beyond, ejecta, region)
+    before, outside = _sums(source, inner if free is None else inner.among(free), beyond, ejecta, region)
     airborne = _of(region, flying.mass, flying.position, flying.velocity)
     position, radius = bed.position[kept], carved.radius
     scale = (before.mass - airborne.mass) / raw_mass.sum()

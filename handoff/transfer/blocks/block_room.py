@@ -79,23 +79,23 @@ def _holes(large: Particles, blocks: WholeBlocks) -> np.ndarray:
     return ~np.isin(large.block, blocks.grains.block[blocks.in_place])
 
 
-def _fragments(plain: Particles, gone: Particles, blocks: WholeBlocks, first: int) -> Particles:
-    """Grains at rest in the spheres of the blocks that are ``gone``; identities from ``first`` on."""
+def _fragments(plain: Particles, former: Particles, blocks: WholeBlocks, first: int) -> Particles:
+    """Grains at rest in the spheres of ``former`` blocks; identities from ``first`` on."""
     tree, rng = cKDTree(plain.position), np.random.default_rng(0)
-    places, sizes, rows = [np.empty((0, 3))], [np.empty(0)], [np.empty(0, dtype=int)]
-    for k in range(len(gone)):
-        about = tree.query(gone.position[k], k=min(_ABOUT, tree.n))[1]
+    centres, sizes, rows = [np.empty((0, 3))], [np.empty(0)], [np.empty(0, dtype=int)]
+    for k in range(len(former)):
+        about = tree.query(former.position[k], k=min(_ABOUT, tree.n))[1]
         size = float(plain.radius[about].mean())
-        points = gone.position[k] + _packed(size, float(gone.radius[k]), rng)
+        points = former.position[k] + _packed(size, float(former.radius[k]), rng)
         points = points[_clear_of(points, size, blocks.grains)]
-        places.append(points)
+        centres.append(points)
         sizes.append(np.full(len(points), size))
         rows.append(np.full(len(points), k))
-    position, radius, row = np.concatenate(places), np.concatenate(sizes), np.concatenate(rows)
+    position, radius, row = np.concatenate(centres), np.concatenate(sizes), np.concatenate(rows)
     room = float(np.median(plain.mass / plain.density / plain.radius**3))
-    fields = {name: gone[name][row] for name in plain}
+    fields = {name: former[name][row] for name in plain}
     fields |= {"identity": first + np.arange(len(row)), "position": position, "radius": radius}
-    fields["mass"] = gone.density[row] * room * radius**3
+    fields["mass"] = former.density[row] * room * radius**3
     if "stiffness" in plain:
         fields["stiffness"] = float(np.median(plain.stiffness / plain.radius)) * radius
     for name in ("velocity", "angular_velocity"):

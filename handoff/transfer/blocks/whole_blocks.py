@@ -66,7 +66,7 @@ class WholeBlocks:
         ]
         return {"whole": whole, "broken": broken, **self.filled}
 
-    def of(self, particle: np.ndarray, source: Particles) -> np.ndarray:
+    def rows_of(self, particle: np.ndarray, source: Particles) -> np.ndarray:
         """The row among ``grains`` of each of these particles (indices), all of whole blocks."""
         return np.searchsorted(self.grains.block, source.block[particle])
 
@@ -101,8 +101,8 @@ def found(source: Particles, large: Particles, region: Domain, column: Column) -
     grains["radius"] = _fitted(grains.position, grains.radius, in_place)
     grains["angular_velocity"] = angular / (0.4 * mass * grains.radius**2)[:, None]
     grains["density"] = mass / (4.0 / 3.0 * np.pi * grains.radius**3)
-    gone = past_edge(grains.position, region) | free_flight.escapes(region, column, grains.position, grains.velocity)
-    grains["state"] = np.where(gone, BOOKED, 0)
+    beyond = past_edge(grains.position, region) | free_flight.escapes(region, column, grains.position, grains.velocity)
+    grains["state"] = np.where(beyond, BOOKED, 0)
     grains["headroom"] = np.zeros(len(grains))
     x, v = grains.position, grains.velocity
     before = correction.sums(source.mass[mine], position[mine], velocity[mine])
