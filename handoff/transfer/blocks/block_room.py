@@ -1,9 +1,9 @@
 """The grains of a bed about its blocks: where blocks come to lie, and where they were.
 
 Grains in which a block comes to lie that has moved are made smaller, down to half of their radius, or taken out. Where
-a block was that has moved or is broken, grains as large as those about it fill its sphere: the closest packing of
-them, in the best of ``TRIALS`` positions, that touches nothing. A sphere of two grain radii holds one of them: the
-ground is looser there until it comes down.
+a block was that has moved or is broken, its sphere is filled: by the closest packing of grains of ``SIZES`` of those
+about it, in the best of ``TRIALS`` positions, that touches nothing. Small spheres are not filled as the ground is: it
+is looser there until it comes down.
 """
 
 from __future__ import annotations
@@ -23,7 +23,9 @@ from handoff.transfer.blocks.whole_blocks import WholeBlocks
 from matter.particles import Particles
 from matter.points.packing import hexagonal
 
-TRIALS = 100
+TRIALS = 60
+SIZES = (1.0, 0.9, 0.8)
+"""Radii of the grains in the place of a block, over the mean of those about it: the one that fills it best."""
 _LEAST = 0.5
 _ABOUT = 20
 
@@ -85,8 +87,10 @@ def _fragments(plain: Particles, former: Particles, blocks: WholeBlocks, first: 
     centres, sizes, rows = [np.empty((0, 3))], [np.empty(0)], [np.empty(0, dtype=int)]
     for k in range(len(former)):
         about = tree.query(former.position[k], k=min(_ABOUT, tree.n))[1]
-        size = float(plain.radius[about].mean())
-        points = former.position[k] + _packed(size, float(former.radius[k]), rng)
+        mean, sphere = float(plain.radius[about].mean()), float(former.radius[k])
+        tried = [(part * mean, _packed(part * mean, sphere, rng)) for part in SIZES]
+        size, points = max(tried, key=lambda one: len(one[1]) * one[0] ** 3)
+        points = former.position[k] + points
         points = points[_clear_of(points, size, blocks.grains)]
         centres.append(points)
         sizes.append(np.full(len(points), size))
