@@ -89,7 +89,7 @@ static_overlap = 0.01
 
 @pytest.mark.validation
 def test_the_same_blocks_go_from_the_shock_to_the_grains(tmp_path, monkeypatch):
-    """Four are listed; one is too small for particles of its own, the shot breaks the one below it, two are whole."""
+    """Four are listed; one is too small for a grain of its own, the shot breaks the one below it, two are whole."""
     (tmp_path / "case.toml").write_text(CASE)
     monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs")])
     with pytest.raises(SystemExit) as ended:
@@ -102,7 +102,7 @@ def judge(run: Path) -> None:
     """What the stages of a run left."""
     blocks, bed = block_file.of_target(run / "2_sph" / "target.json"), snapshot.read(run / "3_bed" / "bed.vtkhdf")
     start = snapshot.read(run / "4_handoff" / "start.vtkhdf")
-    assert blocks is not None and blocks.resolved.tolist() == [1, 1, 1, 0]
+    assert blocks is not None and blocks.resolved.all()
     assert bed.attributes[block_file.DIGEST] == block_file.digest(blocks)
     large = bed.select(bed.block >= 0)
     assert large.block.tolist() == [0, 1, 2]
