@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -23,8 +24,9 @@ from handoff.ledger_rows import account, field_rows, shock_rows, whole_body_rows
 from handoff.pages import handoff_report
 from handoff.settings import Settings
 from handoff.source import cloud_surface, flattening, grain_size, handoff_time, hydrostatic
-from handoff.transfer import compare_clouds, direct, transfer
+from handoff.transfer import block_joining, compare_clouds, direct, transfer
 from handoff.transfer import control as controls
+from handoff.transfer.blocks import block_room
 from handoff.transfer.handed import Handoff
 from matter.case.body import Impact, Target
 from matter.errors import InputError, Unsound
@@ -77,7 +79,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     choice, as_it_is = chosen_source(settings, rules, inputs / "2_sph", bed, region, column, progress, patch)
     source = flattening.to_bed(as_it_is, region, patch)
     progress.update(0.6, "surface and transfer", force=True)
-    handoff = transfer.hand_over(source, bed, rules, column, region, settings.until or math.inf)
+    settled = bed
+    bed, handoff = _handed(source, settled, rules, column, region, settings.until or math.inf)
+    if handoff.blocks is not None and settings.method == "direct":
+        raise InputError('[handoff] method = "direct" makes no grains of blocks: method must be "mapped"')
     mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
     straight = direct.hand_over(handoff, source, bed, column) if "stiffness" in bed else None
     table = direct.compare(handoff, straight, mapped, bed) if straight else None
@@ -87,7 +92,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
     start = _needed(straight).start if settings.method == "direct" else handoff.start
     if settings.control != "none":
-        start = controls.start(settings.control, handoff, bed)
+        start = controls.start(settings.control, handoff, settled)
     start = turning.to_run(start, region)
     if settings.method == "mapped":
         whole_body_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
@@ -152,13 +157,29 @@ def hand_over(
         )
     column = column or column_of(source, region)
     as_it_is, source = source, turning.to_bed(source, region)
-    handoff = transfer.hand_over(source, bed, rules, column, region, until)
+    bed, handoff = _handed(source, bed, rules, column, region, until)
     start = turning.to_run(handoff.start, region)
     ledger = account.ledger_of(handoff, source, bed, column, waive or {})
     shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), None, column)
     whole_body_rows.enter(ledger, handoff, as_it_is, start)
     ledger.complete()
     return start, ledger
+
+
+def _handed(
+    source: Particles,
+    settled: Particles,
+    rules: cloud_surface.Rules,
+    column: hydrostatic.Column,
+    region: domains.Domain,
+    until: float,
+) -> tuple[Particles, Handoff]:
+    """The bed that takes the source over, which is the ``settled`` one without its blocks, and the transfer."""
+    bed, blocks = block_room.set_apart(source, settled, region, column)
+    handoff = transfer.hand_over(source, bed, rules, column, region, until, blocks)
+    if blocks is None:
+        return bed, handoff
+    return bed, replace(handoff, start=block_joining.joined(handoff.start, blocks, source, settled, region))
 
 
 def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
@@ -290,6 +311,7 @@ def _record(
         ],
         "ejecta_mass_kg": dict(handoff.ejecta.mass_by_state()),
         "ejecta_fates_kg": dict(handoff.ejecta.mass_by_fate()),
+        **({} if handoff.blocks is None else {"blocks": handoff.blocks.as_table()}),
     }
 
 

@@ -48,6 +48,7 @@ FIELDS: dict[str, Field] = {
     "neighbours": Field((), "int32", "1", "number of particles inside the support"),
     "block": Field((), "int32", "1", "which block of blocks.h5 it belongs to; -1 is the ground between them"),
     "size": Field((3,), "float64", "m", "full axes of a block along x, y and z"),
+    "resolved": Field((), "int8", "1", "1 for a block that has particles of its own in the shock stage"),
     # grains
     "radius": Field((), "float64", "m", "radius of the sphere"),
     "angular_velocity": Field((3,), "float64", "rad/s", "spin of the sphere"),
@@ -71,6 +72,7 @@ FIELDS: dict[str, Field] = {
         (), "float32", "1", "fraction of its mass shocked above what boils its material; 0 where that is not known"
     ),
     "projectile_fraction": Field((), "float32", "1", "fraction of its mass that came with the projectile"),
+    "block_fraction": Field((), "float32", "1", "fraction of its mass that lay in blocks with particles of their own"),
     "peak_pressure_mean": Field((), "float32", "Pa", "mean of the largest pressures of its matter"),
     "peak_pressure_largest": Field((), "float32", "Pa", "largest pressure that any of its matter felt"),
     "first_depth": Field(
@@ -92,6 +94,9 @@ ORIGINS = (
     "first_distance",
 )
 """Fields of grains that say what matter they stand for: given by the handoff, unchanged from then on."""
+
+OF_BLOCKS = ("block", "block_fraction")
+"""What grains carry besides where the ground holds blocks."""
 
 UNDEFINED = ("first_depth", "first_distance")
 """Fields that are NaN where there is nothing to say."""

@@ -115,7 +115,7 @@ class Simulation:
                 else solid_target.weight(target, self.materials, body.position, body.mass)
             )
         body, self.rubble = rubble.filled(body, self.materials, self.matrix, self.placing, zones, site, weight)
-        block_file.write(block_file.particles(target, self.placing, self.matrix.block), self.out)
+        block_file.write(rubble.listed(target, self.materials, self.placing, zones), self.out)
         return body
 
     def _enter(self, phase: str) -> None:

@@ -12,11 +12,12 @@ from pathlib import Path
 from typing import Any
 
 from matter import progress
+from matter.blocks import block_file, placing
 from matter.case.body import Target
 from matter.files import archive, checkpoint
 from sph import cost_prediction
 from sph.bodies import ground as grounds
-from sph.bodies import solid_target
+from sph.bodies import rubble, solid_target
 from sph.bodies import target as bodies
 from sph.kernels import dispatch as kernels
 from sph.materials import used_laws
@@ -70,10 +71,20 @@ def explain(settings: Settings) -> list[str]:
 def target_facts(settings: Settings) -> dict[str, Any]:
     """What ``target.json`` will hold. Raises ``InputError`` where the target finds no balance."""
     if settings.target.solid:
-        return _of_solid(settings)
+        return _with_blocks(_of_solid(settings), settings)
     balance = grounds.hydrostatic if settings.target.flat else bodies.hydrostatic
     materials = settings.chosen_materials()
-    return _facts(settings.target, balance(settings.target, materials=materials), materials)
+    return _with_blocks(_facts(settings.target, balance(settings.target, materials=materials), materials), settings)
+
+
+def _with_blocks(facts: dict[str, Any], settings: Settings) -> dict[str, Any]:
+    """The facts, and a hash of ``blocks.h5`` where there is one: a bed is known by ``target.json``, and must have the
+    same blocks."""
+    found = placing.of_target(settings.target)
+    if found is None:
+        return facts
+    blocks = rubble.listed(settings.target, settings.chosen_materials(), found, settings.zones)
+    return {**facts, block_file.DIGEST: block_file.digest(blocks)}
 
 
 def _of_solid(settings: Settings) -> dict[str, Any]:
@@ -103,7 +114,10 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     archive.write_text(
         job.out / "target.json",
         json.dumps(
-            _of_solid(settings) if settings.target.solid else _facts(settings.target, job.column, job.materials),
+            _with_blocks(
+                _of_solid(settings) if settings.target.solid else _facts(settings.target, job.column, job.materials),
+                settings,
+            ),
             indent=1,
         ),
     )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -34,10 +34,12 @@ def leave(
     out: Path,
     draw: Callable[[Path], None],
     where: Callable[[], str] = str,
+    fields: Mapping[str, np.ndarray] | None = None,
     **attributes: Any,
 ) -> None:
     """Write report, picture (``draw`` does it into a path) and grains. The ``attributes`` of the snapshot are
-    ``frame``, ``materials``, ``domain`` and what else this kind of bed has to say.
+    ``frame``, ``materials``, ``domain`` and what else this kind of bed has to say; ``fields`` are further
+    ones of the grains, in the order of their identities.
 
     Raises ``Unsound``, with ``where`` behind it, for a bed that does not rest: all files are written by then.
     """
@@ -54,7 +56,10 @@ def leave(
     archive.write_json(out / "bed_report.json", report)
     if drawing.possible("the bed"):
         draw(out / "bed.png")
-    snapshot.write(bed.particles(known | attributes), out / "bed.vtkhdf")
+    grains = bed.particles(known | attributes)
+    for name, values in (fields or {}).items():
+        grains[name] = values
+    snapshot.write(grains, out / "bed.vtkhdf")
     checkpoint.keep_last(out)
     moving = max(report["residual_speed_over_sqrt_g_r"]["rms"], report["free_run_speed_over_sqrt_g_r"])
     if not moving <= RESIDUAL_SPEED:

@@ -10,6 +10,9 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_files, bed_measures, extent, grading, grain_packing
+from dem.beds.blocks import block_grains
+from dem.beds.blocks.block_grains import BlockGrains
+from dem.beds.blocks.block_settling import BlockSettling, LooseRoundBlocks, materials
 from dem.beds.container import Container
 from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
@@ -18,7 +21,9 @@ from dem.beds.loose_packing import LooseBed
 from dem.beds.settings import Settings
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
+from matter.blocks import block_file
 from matter.errors import InputError
+from matter.particles import Particles
 from matter.solids.placed import PATCH
 
 OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
@@ -58,16 +63,22 @@ def container_of(settings: Settings, ground: FlatGround) -> Container:
     )
 
 
-def maker(settings: Settings, ground: FlatGround, patch: Mapping[str, Any] | None = None) -> Callable[[Path], None]:
+def maker(
+    settings: Settings,
+    ground: FlatGround,
+    patch: Mapping[str, Any] | None = None,
+    target: Path | None = None,
+) -> Callable[[Path], None]:
     """Check the settings against the ground; what is returned makes the bed in a folder. ``patch``: what the ground is
-    a patch of (``dem.beds.patch``), for report and grains to carry."""
+    a patch of (``dem.beds.patch``), for report and grains to carry; ``target``: the ``target.json`` whose blocks the
+    bed holds."""
     if not settings.contact.linear:
         raise InputError(
             f'[bed] flat ground is settled with springs of constant stiffness: normal = "{settings.contact.normal}" '
             f"is not for it"
         )
     container = container_of(settings, ground)
-    return lambda out: make(settings, ground, container, out, patch)
+    return lambda out: make(settings, ground, container, out, patch, block_file.of_target(target) if target else None)
 
 
 def make(
@@ -76,6 +87,7 @@ def make(
     container: Container,
     out: Path,
     patch: Mapping[str, Any] | None = None,
+    blocks: Particles | None = None,
 ) -> None:
     """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
     rest."""
@@ -97,10 +109,17 @@ def make(
                 settings.count, settings.radius_spread, raised, sizes, seed, loose.begins_at
             )
             radius = loose.radii(radius)
-    work = FlatSettling(
-        points, radius, ground, container, settings.contact, bed_files.RESIDUAL_SPEED, hexagonal,
-        settings.largest_speed, loose,
-    )  # fmt: skip
+    large = None if blocks is None else block_grains.of_ground(blocks, block_file.digest(blocks), container, sizes)
+    if large is not None and len(large.number) and loose is not None:
+        about = LooseRoundBlocks.about(loose, large, radius)
+        some = about.between(points, radius)
+        limit, speed = bed_files.RESIDUAL_SPEED, settings.largest_speed
+        work: FlatSettling = BlockSettling(points[some], radius[some], about, limit, settings.contact, speed)
+    else:
+        work = FlatSettling(
+            points, radius, ground, container, settings.contact, bed_files.RESIDUAL_SPEED, hexagonal,
+            settings.largest_speed, loose,
+        )  # fmt: skip
     bed, facts = finish(work, out)
     edge = float(sizes.at(np.array([container.radius]))[0])
     width = bed_files.DAMPED_LAYERS * 2.0 * edge
@@ -112,19 +131,49 @@ def make(
         report["packing_fraction_meant"] = filled
     of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
     report |= of_body
+    names, fields = list(dict.fromkeys(ground.materials)), {}
+    if large is not None:
+        of_body |= {block_file.DIGEST: large.digest}
+        fields = with_blocks(bed, container, sizes, large, report)
+        names = materials(ground.materials, large) if fields else names
     bed_files.leave(
         bed,
         settings,
         report,
         out,
         lambda path: _picture(bed, container, report, path),
+        fields=fields,
         frame="plane",
-        materials=list(dict.fromkeys(ground.materials)),
+        materials=names,
         domain=container.as_attribute(),
         packing=settings.packing,
         grading=sizes.as_attribute(),
         **of_body,
     )
+
+
+def with_blocks(
+    bed: Assembly, container: Container, sizes: grading.Grading, large: BlockGrains, report: dict[str, Any]
+) -> dict[str, np.ndarray]:
+    """The field ``block`` of the grains in the order of their identities (none where no block is a grain), and what
+    the ``report`` says of blocks; solid fractions are those of the grains between them."""
+    grains = bed.particles({}, tables=False)
+    count = len(grains) - len(large.number)
+    grains["block"] = np.full(len(grains), -1)
+    grains["block"][count:] = large.number
+    report["blocks"] = block_grains.facts(large, grains, report["mass_kg"])
+    if len(large.number) == 0:
+        return {}
+    x, r, mean = grains.position, grains.radius, sizes.local(grains.position)
+    room = np.minimum(container.depth_inside(x), -x[:, 2])
+    bulk = room > MARGIN * mean
+    which = {
+        "packing_fraction": room > bed_measures.BULK_MARGIN * sizes.radius,
+        "packing_fraction_fine": bulk & (mean == sizes.radius),
+        "packing_fraction_coarse": bulk & (mean > COARSE * sizes.radius),
+    }
+    report |= {key: block_grains.packing_fraction(x, r, inner, grains.block) for key, inner in which.items()}
+    return {"block": grains.block}
 
 
 def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: dict[str, float]) -> dict[str, Any]:

@@ -66,12 +66,14 @@ class Settings(Model):
     (``dem.grains.self_gravity``)."""
 
     @model_validator(mode="after")
-    def _without_blocks(self) -> Settings:
-        if self.target.blocks:
+    def _fit_for_blocks(self) -> Settings:
+        if self.target.blocks and self.target.solid:
             raise ValueError(
-                "target.blocks: a bed holds no blocks yet; leave out the stages bed, handoff and dem ([case] stages = "
-                '["sph", "crater"])'
+                "target.blocks: a bed holds no blocks yet on an ellipsoid or mesh; leave out the stages bed, handoff "
+                'and dem ([case] stages = ["sph", "crater"])'
             )
+        if self.target.blocks and self.packing != "loose":
+            raise ValueError(f'packing: blocks lie in a loose bed only: packing = "loose", not "{self.packing}"')
         return self
 
     @property

@@ -32,6 +32,7 @@ from dem.beds import (
     solid_bed,
 )
 from dem.beds.bed_domain import Domain
+from dem.beds.blocks import block_grains
 from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import LooseBed
@@ -40,6 +41,7 @@ from dem.beds.solid_body import is_solid
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from dem.trials import friction_angle
+from matter.blocks import placing
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.wording import readable
@@ -138,12 +140,15 @@ def explain(settings: Settings) -> list[str]:
     if target.flat:
         edge = float(expected_grains.of_flat(settings, target)[1].at(np.array([wide]))[0])
         size += f", growing to {readable.length(edge)} at the edge," if edge > grains.radius else ""
+    found = placing.of_target(settings.target)
+    blocks = [] if found is None else [block_grains.worded(found, *expected_grains.of_flat(settings, target)[:2])]
     return [
         f"{settings.count:,} grains (count) of {size} in a bed of {readable.length(wide)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
         f"the bed reaches {wide / extent.settled_radius(settings.impact):.2g} radii of the widest settled crater that "
         f"is expected ({readable.length(extent.settled_radius(settings.impact))})",
         f"{steps(settings):,.0f} steps to rest",
+        *blocks,
     ]
 
 
@@ -170,7 +175,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
 def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     """What makes the bed; ``InputError`` when settings and ground do not fit each other."""
     if flat_ground.is_flat(target):
-        return flat_bed.maker(settings, flat_ground.FlatGround.read(target))
+        return flat_bed.maker(settings, flat_ground.FlatGround.read(target), target=target)
     if settings.on_patch and is_solid(target):
         found = patch.read(settings, target)
         return flat_bed.maker(settings, patch.ground_of(found.facts), found.facts)

@@ -1,15 +1,16 @@
 """What matter grains stand for, carried along with them by identity.
 
 The handoff says of each grain which fractions of its matter melted, how strongly it was shocked and where it lay
-before the impact (``matter.particles.ORIGINS``). No step changes that: neither the loops nor the checkpoints hold it,
-and every engine's snapshots are given it from the start of the run, which a resumed run reads again.
+before the impact (``matter.particles.ORIGINS``), or which block it is. No step changes that: neither the loops nor the
+checkpoints hold it, and every engine's snapshots are given it from the start of the run, which a resumed run reads
+again.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from matter.particles import ORIGINS, Particles
+from matter.particles import OF_BLOCKS, ORIGINS, Particles
 
 
 class Origins:
@@ -18,7 +19,7 @@ class Origins:
     def __init__(self, start: Particles):
         order = np.argsort(start.identity, kind="stable")
         self.identity = start.identity[order]
-        self.fields = {name: start[name][order] for name in ORIGINS if name in start}
+        self.fields = {name: start[name][order] for name in (*ORIGINS, *OF_BLOCKS) if name in start}
 
     def onto(self, grains: Particles) -> Particles:
         """``grains``, given those fields."""

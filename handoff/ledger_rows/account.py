@@ -9,7 +9,7 @@ from scipy.spatial import cKDTree
 
 from handoff.domains.whole_body import WholeBody
 from handoff.ledger import Ledger
-from handoff.ledger_rows import cavity_rows, field_rows, shock_rows
+from handoff.ledger_rows import block_rows, cavity_rows, field_rows, shock_rows
 from handoff.source import cloud_surface
 from handoff.source.hydrostatic import Column
 from handoff.transfer import force_network, grain_provenance
@@ -42,6 +42,7 @@ def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Colum
         )
     _statements(ledger, handoff)
     _shrunk(ledger, handoff, bed)
+    block_rows.enter(ledger, handoff.blocks, source, handoff.start)
     return ledger
 
 
@@ -142,6 +143,8 @@ def _overlaps(ledger: Ledger, handoff: Handoff) -> None:
     start, first = handoff.start, int(handoff.carving.stays.sum())
     active = np.flatnonzero(start.state == 0)
     ejecta = active[active >= first]
+    if "block" in start:
+        ejecta = ejecta[start.block[ejecta] < 0]
     depth, stored, release = 0.0, 0.0, 0.0
     if len(ejecta):
         reach = float(start.radius[active].max() + start.radius[ejecta].max())

@@ -18,6 +18,7 @@ from handoff.transfer.handed import Handoff
 from matter.errors import InputError
 from matter.geometry.alpha_shape import alpha_shape
 from matter.particles import Particles
+from matter.points.packing import hexagonal
 from matter.wording import readable
 
 FLOOR, RIM = 0.5, (1.0, 1.6)
@@ -39,12 +40,24 @@ def grain_surface(handoff: Handoff, bed: Particles, chosen: Callable[[np.ndarray
     among the ``chosen`` sample points, as many as the cells of these grains. Its radius is one grain spacing: what a
     further grain would touch. Only grains in ``wider`` (mask over the bed) are looked at."""
     taken = handoff.carving.stays & wider
-    spacing = np.cbrt(handoff.carving.volume[taken])
-    shape = alpha_shape(bed.position[taken], spacing, 1.0, fill_below=4.0 * spacing**3).only(1)
+    centre, spacing = bed.position[taken], np.cbrt(handoff.carving.volume[taken])
+    if handoff.blocks is not None:
+        within = _in_blocks(handoff.blocks.grains, float(spacing.mean()))
+        centre, spacing = np.concatenate([centre, within]), np.append(spacing, np.full(len(within), spacing.mean()))
+    shape = alpha_shape(centre, spacing, 1.0, fill_below=4.0 * spacing**3).only(1)
     samples, here = handoff.carving.samples, chosen(handoff.carving.samples.position)
     position = samples.position[here]
     fraction = float(np.mean(carve.filled(handoff.carving.stays, samples.grain[here], position, handoff.region)))
     return by_one_factor(shape, spacing, position[:_CALIBRATION], fraction, Rules())[0].mesh
+
+
+def _in_blocks(blocks: Particles, spacing: float) -> np.ndarray:
+    """Points (n, 3) [m] in the whole blocks, half as far apart as grains: a block is no hollow of the bed."""
+    points = [
+        centre + hexagonal(0.5 * spacing, float(radius), rotate=False)
+        for centre, radius in zip(blocks.position, blocks.radius)
+    ]
+    return np.concatenate([np.empty((0, 3)), *points])
 
 
 def enter(ledger: Ledger, handoff: Handoff, bed: Particles, region: domain.Domain) -> None:

@@ -29,7 +29,10 @@ def start(kind: Kind, handoff: Handoff, bed: Particles) -> Particles:
     when no grain lies below the datum."""
     if kind == "at_rest":
         count = int(handoff.carving.stays.sum())
-        grains = handoff.start.select(np.arange(len(handoff.start)) < count)
+        taken = np.arange(len(handoff.start)) < count
+        if "block" in handoff.start:
+            taken |= handoff.start.block >= 0
+        grains = handoff.start.select(taken)
         grains.tables = dict(handoff.start.tables)
     else:
         region = handoff.region

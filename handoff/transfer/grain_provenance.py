@@ -31,7 +31,7 @@ from matter.case import shock_phases
 from matter.particles import ORIGINS, Particles
 
 _POSITIONS = ("first_depth", "first_distance")
-SUMMED = tuple(name for name in ORIGINS if name != "peak_pressure_largest")
+SUMMED = (*(name for name in ORIGINS if name != "peak_pressure_largest"), "block_fraction")
 """The fields that are means, so that their sums with the masses can be compared."""
 
 
@@ -68,6 +68,8 @@ def of_particles(source: Particles, region: Domain) -> dict[str, np.ndarray]:
         above = shock_phases.shocked(source)
         known |= {field: above[key].astype(float) for field, key in shock_phases.OF_GRAINS.items()}
         known["peak_pressure_mean"] = known["peak_pressure_largest"] = source.peak_pressure
+    if "block" in source:
+        known["block_fraction"] = (source.block >= 0).astype(float)
     if "layer" in source:
         known["projectile_fraction"] = (source.layer < 0).astype(float)
     if "initial_position" in source:
@@ -97,6 +99,11 @@ def one_to_one(source: Particles, indices: np.ndarray) -> Taken:
     return _of(source, indices, np.arange(len(indices)), source.mass[indices], len(indices))
 
 
+def of_groups(source: Particles, particle: np.ndarray, grain: np.ndarray, count: int) -> Taken:
+    """What ``count`` grains stand for that are groups of particles (indices), each particle that of one ``grain``."""
+    return _of(source, particle, grain, source.mass[particle], count)
+
+
 def _of(source: Particles, particle: np.ndarray, grain: np.ndarray, mass: np.ndarray, count: int) -> Taken:
     foreign = source.layer[particle] < 0 if "layer" in source else np.zeros(len(particle), dtype=bool)
     return Taken(particle, grain, mass, np.where(foreign, 0.0, mass), count)
@@ -119,6 +126,8 @@ def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: Domain) -
     weight = np.zeros(len(source))
     weight[inner.indices] = source.mass[inner.indices] * inner.fraction
     weight[indices] += source.mass[indices]
+    if handoff.blocks is not None:
+        weight += np.where(handoff.blocks.taken, source.mass, 0.0)
     of_target = weight * (source.layer >= 0) if "layer" in source else weight
     fraction = 1.0 - start.projectile_fraction.astype(float) if "projectile_fraction" in start else 1.0
     for name, values in of_particles(source, region).items():

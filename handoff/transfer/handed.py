@@ -9,6 +9,7 @@ import numpy as np
 from handoff.domains.domain import Domain
 from handoff.source.cavity import Cavity
 from handoff.source.cloud_surface import Split
+from handoff.transfer.blocks.whole_blocks import WholeBlocks
 from handoff.transfer.carve import Samples
 from handoff.transfer.compare_clouds import Fields
 from handoff.transfer.correction import Sums
@@ -25,6 +26,11 @@ class Compact:
     indices: np.ndarray
     fraction: np.ndarray
     centre: np.ndarray
+
+    def among(self, some: np.ndarray) -> Compact:
+        """The part of it among ``some`` (n,) particles of the source."""
+        mine = some[self.indices]
+        return Compact(self.indices[mine], self.fraction[mine], self.centre[mine])
 
 
 @dataclass(frozen=True)
@@ -74,7 +80,7 @@ class Balance:
 class Handoff:
     """One transfer: the ``start`` of the granular stage, the source's ``split`` into compact matter and ejecta, how
     each was handed over, in which ``region``, and the kinetic energy [J] of compact matter and of its grains
-    ``against_ground`` that turns (None where it does not)."""
+    ``against_ground`` that turns (None where it does not); the whole ``blocks``, in ``start`` behind all others."""
 
     start: Particles
     split: Split
@@ -85,6 +91,7 @@ class Handoff:
     sums: Balance
     region: Domain
     against_ground: tuple[float, float] | None
+    blocks: WholeBlocks | None = None
 
     @property
     def ejecta_energy(self) -> float:

@@ -14,6 +14,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 from scipy.spatial import cKDTree
@@ -24,6 +25,7 @@ from handoff.source import cavity, cloud_surface, grain_size, heights, hydrostat
 from handoff.transfer import bulking, carve, compare_clouds, grain_provenance, mapping
 from handoff.transfer import correction as closing
 from handoff.transfer import ejecta as ejected
+from handoff.transfer.blocks.whole_blocks import WholeBlocks
 from handoff.transfer.handed import Balance, Carving, Compact, Handoff, Mapped
 from handoff.transfer.species import material_numbers, species_by_material
 from matter.errors import InputError
@@ -45,10 +47,12 @@ def hand_over(
     column: hydrostatic.Column,
     region: domain.Domain | None = None,
     until: float = math.inf,
+    blocks: WholeBlocks | None = None,
 ) -> Handoff:
     """Hand the ``source`` (SPH particles, along the axes of the bed: ``handoff.domains.turning``) over to the ``bed``
     (settled grains), split and drawn by the ``rules``, above the undisturbed ``column``; in the ``region`` (None: that
-    of the bed's attributes), to a collapse that ends ``until`` [s] after the impact at the latest.
+    of the bed's attributes), to a collapse that ends ``until`` [s] after the impact at the latest. Whole ``blocks``
+    (``handoff.transfer.blocks``) count for the surface; what they become is not touched here.
 
     Raises ``InputError`` for inputs that cannot be handed over.
     """
@@ -56,14 +60,18 @@ def hand_over(
     carve.check(bed, region)
     split, shape, corners = cloud_surface.classify(source, region, column, rules)
     inner, beyond, tree = _compact(source, split, region)
-    carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree)
+    free = None if blocks is None else ~blocks.taken
+    carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree, free)
+    if free is not None:
+        inner = replace(inner, fraction=np.where(free[inner.indices], inner.fraction, 0.0))
+        beyond = beyond[free[beyond]]
     compact, stays, volume = inner.indices, carving.stays, carving.volume
     density = cloud_surface.counted_density(source)
     held, volume_of = source.mass[compact] * inner.fraction, source.mass[compact] / density[compact]
     motion = region.flow(source.position[compact], source.velocity[compact])
 
     kept = np.flatnonzero(stays)
-    near = tree.query(bed.position[kept])[1]
+    near = _nearest(tree, bed.position[kept], None if free is None else free[compact])
     nearest = compact[near]
     grid = mapping.Overlap(carving.samples, carving.receiver, tree.data, bed.position, kept)
     plain_mass = density[nearest] * volume[kept]
@@ -73,13 +81,15 @@ def hand_over(
     if rules.loosened == "shrunk":
         carved["radius"] = carved.radius * _shrink(source, compact, grid, near, bed, kept)
 
-    ejecta = np.flatnonzero(~split.compact)
+    ejecta = np.flatnonzero(~split.compact if free is None else ~split.compact & free)
     flying = ejected.from_source(source, ejecta, carved, packing, region, column, until, rules)
-    before, outside = _sums(source, inner, beyond, ejecta, region)
+    before, outside = _sums(source, inner if free is None else inner.among(free), beyond, ejecta, region)
     airborne = _of(region, flying.mass, flying.position, flying.velocity)
     position, radius = bed.position[kept], carved.radius
     scale = (before.mass - airborne.mass) / raw_mass.sum()
     energy = before.kinetic - airborne.kinetic
+    if blocks is not None:
+        before, airborne = before + blocks.before, airborne + blocks.after
     turns = isinstance(region, WholeBody)
     if turns:
         energy = closing.sums(held, source.position[compact], motion).kinetic
@@ -96,7 +106,8 @@ def hand_over(
         now = _of(region, mass, position, moved, radius, spin) + airborne
         moved += closing.closing_field(mass, position, before.momentum - now.momentum, before.angular - now.angular)
     after = _of(region, mass, position, moved, radius, spin) + airborne
-    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region)
+    first = 1 + max(int(some.identity.max(initial=0)) for some in (bed, *([] if blocks is None else [blocks.grains])))
+    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region, first)
     grain_provenance.give(
         start, source, region, grain_provenance.taken(source, compact, held, grid, near, flying.source)
     )
@@ -105,7 +116,15 @@ def hand_over(
     sums = Balance(before, outside, raw, after)
     flowing = region.flow(position, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
     energies = (energy, closing.sums(mass, position, *flowing).kinetic) if turns else None
-    return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies)
+    return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies, blocks)
+
+
+def _nearest(tree: cKDTree, points: np.ndarray, free: np.ndarray | None) -> np.ndarray:
+    """Index of the particle of the ``tree`` that is nearest to each point, among those that are ``free``."""
+    if free is None:
+        return np.asarray(tree.query(points)[1])
+    some = np.flatnonzero(free)
+    return some[cKDTree(tree.data[some]).query(points)[1]]
 
 
 def _of(region: domain.Domain, mass, position, velocity, radius=None, spin=None) -> closing.Sums:
@@ -140,9 +159,10 @@ def _carving(
     classified,
     inner: Compact,
     tree,
+    free: np.ndarray | None = None,
 ) -> Carving:
     """The solid below the surface and what it leaves of the bed; ``classified`` as from ``surface.classify``, ``tree``
-    of the indices ``inner``."""
+    of the indices ``inner``. Points of particles that are not ``free`` (n,) go to no grain."""
     split, shape, corners = classified
     volume_of = source.mass[inner.indices] / cloud_surface.counted_density(source)[inner.indices]
     part = float(np.sum(inner.fraction * volume_of)) / region.volume
@@ -165,9 +185,11 @@ def _carving(
     samples = carve.finer(points, region, tree, grains, volume_of).within(solid)
     stays = carve.keep(bed, solid, region)
     receiver = carve.receivers(bed, stays, samples)
+    if free is not None:
+        receiver[~free[inner.indices[samples.particle]]] = -1
     volume = carve.grain_volumes(bed, stays, receiver, samples)
     size, columns = _cavity(solid, stays, grains, region, bed)
-    _refuse_misfit(size, source, split, region, rules, bed)
+    _refuse_misfit(size, source, split, region, rules, bed, free)
     return Carving(solid, factor, stays, volume, samples, receiver, size, columns)
 
 
@@ -205,6 +227,7 @@ def _refuse_misfit(
     region: domain.Domain,
     rules: cloud_surface.Rules,
     bed: Particles,
+    free: np.ndarray | None,
 ) -> None:
     radius = grain_size.at_impact(bed)
     if size.radius == 0.0 and rules.crater == "required":
@@ -225,6 +248,8 @@ def _refuse_misfit(
     over = region.cut_depth(source.position - height[:, None] * frame.up(source.position)) > 0.0
     resting = np.linalg.norm(source.velocity, axis=1) < _RESTING * split.speed_limit
     resting_high = (height > headroom) & over & resting & (split.reason != cloud_surface.SPARSE)
+    if free is not None:
+        resting_high &= free
     if source.mass[resting_high].sum() > _STANDING * source.mass[split.compact & over].sum():
         raise InputError(
             f"{np.count_nonzero(resting_high)} particles rest higher than the bed's headroom "
@@ -254,9 +279,11 @@ def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near,
 
 
 def _start(
-    carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta, region: domain.Domain
-) -> Particles:
-    """The carved bed and the ejecta as one set of grains; every field of the bed is carried."""
+    carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta, region: domain.Domain,
+    first: int,
+) -> Particles:  # fmt: skip
+    """The carved bed and the ejecta, of identities from ``first`` on, as one set of grains; every field of the bed is
+    carried."""
     settled = bed.select(stays)
     volume = volume * (carved.radius / settled.radius) ** 3  # what a grain fills, from here on
     count, extra = len(carved), len(flying.mass)
@@ -264,7 +291,7 @@ def _start(
     material = table[np.clip(source.material[flying.source], 0, len(table) - 1)]
     reference = float(np.median(mass))
     tail = {
-        "identity": int(bed.identity.max()) + 1 + np.arange(extra),
+        "identity": first + np.arange(extra),
         "position": flying.position,
         "velocity": flying.velocity,
         "angular_velocity": np.zeros((extra, 3)),
@@ -302,6 +329,6 @@ def _start(
         "stage": "handoff",
         "time": float(source.attributes.get("time", 0.0)),
     }
-    attributes["bed_grains"] = int(bed.identity.max()) + 1  # identities from here on are ejecta
+    attributes["bed_grains"] = first  # identities from here on are ejecta
     tables = bulking.contacts_kept(carve.surviving_tables(bed, stays), settled, carved.radius, region)
     return Particles(fields, attributes, tables)

@@ -7,6 +7,7 @@ shock stage is the identity here.
 
 from __future__ import annotations
 
+import hashlib
 import math
 from pathlib import Path
 
@@ -15,14 +16,17 @@ import numpy as np
 from matter.blocks.placing import Placing
 from matter.case.body import Target
 from matter.errors import InputError
-from matter.files import snapshot
+from matter.files import archive, snapshot
 from matter.particles import Particles
 
 NAME = "blocks.h5"
+DIGEST = "blocks_sha256"
+"""Key of ``target.json``, and attribute of beds, that holds the ``digest`` of the blocks."""
 
 
-def particles(target: Target, placing: Placing, density: float) -> Particles:
-    """The blocks with their masses; ``density`` [kg/m^3] at rest of their material."""
+def particles(target: Target, placing: Placing, density: float, resolved: np.ndarray | None = None) -> Particles:
+    """The blocks with their masses; ``density`` [kg/m^3] at rest of their material, ``resolved`` (n,) which of them
+    have particles of their own (None: all)."""
     table = target.blocks[0]
     volume = placing.volume
     fields = {
@@ -32,6 +36,7 @@ def particles(target: Target, placing: Placing, density: float) -> Particles:
         "radius": np.cbrt(0.75 / math.pi * volume),
         "mass": density * volume,
         "material": np.zeros(len(volume), dtype=np.int32),
+        "resolved": np.ones(len(volume), dtype=np.int8) if resolved is None else resolved,
     }
     attributes = {
         "time": 0.0,
@@ -55,12 +60,32 @@ def write(blocks: Particles, folder: Path) -> None:
     snapshot.write(blocks, Path(folder) / NAME)
 
 
+def digest(blocks: Particles) -> str:
+    """Hash of sizes, places, masses and of what is resolved, by which stages know that they hold the same blocks."""
+    columns = [np.ascontiguousarray(blocks[name]).tobytes() for name in ("position", "size", "mass", "resolved")]
+    return hashlib.sha256(b"".join(columns)).hexdigest()
+
+
+def of_target(target_json: Path) -> Particles | None:
+    """The blocks beside a ``target.json``; None where it knows of none. Raises ``InputError`` where the file is
+    missing, damaged, or another than the shock stage had."""
+    known = archive.read_json(target_json).get(DIGEST)
+    if known is None:
+        return None
+    blocks = read(target_json.parent)
+    if digest(blocks) != known:
+        raise InputError(
+            f"{target_json.parent / NAME}: not the blocks that {target_json.name} beside it was written with"
+        )
+    return blocks
+
+
 def read(folder: Path) -> Particles:
     """The blocks of a folder. Raises ``InputError`` where the file is missing, damaged, or lacks a field."""
     path = Path(folder) / NAME
     blocks = snapshot.read(path)
     try:
-        blocks.need("position", "size", "mass", "radius", "material")
+        blocks.need("position", "size", "mass", "radius", "material", "resolved")
     except InputError as reason:
         raise InputError(f"{path}: {reason}") from None
     return blocks

@@ -25,9 +25,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
+from matter.blocks import block_file
 from matter.blocks.placing import Placing
 from matter.case.body import Projectile, Target
 from matter.errors import InputError
+from matter.particles import Particles
 from matter.wording import readable
 from sph.bodies.target import Body, Zones, loaded
 from sph.materials.rows import Materials, Rows, collect
@@ -135,6 +137,12 @@ def resolved(placing: Placing, zones: Zones, site: np.ndarray) -> np.ndarray:
     """Which blocks (n,) have particles of their own: the least axis against the spacing at the centre."""
     spacing = zones.spacing(np.linalg.norm(placing.centre - site, axis=1))
     return placing.size.min(axis=1) >= RESOLVED * spacing
+
+
+def listed(target: Target, materials: Materials, placing: Placing, zones: Zones) -> Particles:
+    """The blocks as ``blocks.h5`` holds them."""
+    density = float(materials.bulk_density[materials.index(placing.material)])
+    return block_file.particles(target, placing, density, resolved(placing, zones, np.array(target.impact_point)))
 
 
 def filled(

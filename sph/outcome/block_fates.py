@@ -1,9 +1,4 @@
-"""What became of the blocks of the shock stage: each as one body of its particles.
-
-    x = sum m x / M,   v = sum m v / M,   L = sum m (x - x_c) x (v - v_c),   D = sum m D / M
-
-A block is whole where its mean damage is below ``WHOLE``.
-"""
+"""What became of the blocks of the shock stage: each as one body of its particles (``matter.blocks.block_bodies``)."""
 
 from __future__ import annotations
 
@@ -11,23 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from matter.blocks import block_bodies
 from sph.stepping import state
 
 if TYPE_CHECKING:
     from sph.simulation import Simulation
-
-WHOLE = 0.5
-"""Mean damage below which a block counts as whole."""
-
-
-def bodies(block: np.ndarray, count: int, mass: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Means (count, k) over the particles of each block of ``values`` (n, k), weighted by ``mass`` (n,); NaN where a
-    block has none."""
-    mine = block >= 0
-    total = np.bincount(block[mine], weights=mass[mine], minlength=count)
-    sums = [np.bincount(block[mine], weights=mass[mine] * column[mine], minlength=count) for column in values.T]
-    with np.errstate(invalid="ignore", divide="ignore"):
-        return np.stack(sums, axis=1) / total[:, None]
 
 
 def fates(run: Simulation) -> dict[str, Any]:
@@ -39,7 +22,7 @@ def fates(run: Simulation) -> dict[str, Any]:
     values = np.concatenate(
         [cloud.position, cloud.initial_position, cloud.velocity, damage[:, None]], axis=1
     )  # fmt: skip
-    mean = bodies(cloud.block, count, cloud.mass, values)
+    mean = block_bodies.means(cloud.block, count, cloud.mass, values)
     found = np.isfinite(mean[:, 9])
     momentum = cloud.mass[:, None] * cloud.velocity
     between = (cloud.block < 0) & (cloud.layer >= 0)
@@ -54,8 +37,8 @@ def fates(run: Simulation) -> dict[str, Any]:
         if found[j]
     ]
     return {
-        "whole": int((mean[found, 9] < WHOLE).sum()),
-        "broken": int((mean[found, 9] >= WHOLE).sum()),
+        "whole": int((mean[found, 9] < block_bodies.WHOLE).sum()),
+        "broken": int((mean[found, 9] >= block_bodies.WHOLE).sum()),
         "block_momentum_kg_m_s": momentum[cloud.block >= 0].sum(axis=0).tolist(),
         "matrix_momentum_kg_m_s": momentum[between].sum(axis=0).tolist(),
         "largest_displacement_m": float(np.linalg.norm(mean[found, :3] - mean[found, 3:6], axis=1).max(initial=0.0)),

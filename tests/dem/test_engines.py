@@ -224,6 +224,26 @@ def test_a_restart_carries_the_contact_history(tmp_path, engine):
     assert kept < 0.05 * lost
 
 
+def test_a_large_grain_among_small_ones_moves_as_it_does_here(tmp_path, engine):
+    """As blocks of a bed do: three times the radius, other stiffness and mass."""
+    small = heap()
+    place, radius = np.vstack([small.position, [0.3, 0.2, 4.2]]), np.append(small.radius, 3.0)
+    velocity = np.vstack([np.zeros((60, 3)), [0.0, 0.0, -1.0]])
+    grains, contact = scenes.grains(place, radius, velocity=velocity), Contact(shell=GrainLaw(twisting=0.0))
+    grains["mass"], grains["stiffness"] = small.mass[0] * radius**3, small.stiffness[0] * radius
+    walls, gravity = (Wall(SPHERE_INSIDE, radius=9.0, species=0),), Field.constant((0.0, 0.0, -1.0))
+    dt = shortest_contact_time(grains.mass, grains.stiffness) / 30
+    found = run_engine(engine, Scene(grains, contact, walls, gravity, dt, 12.0), Plan(2000, 2000), tmp_path / "heap")
+    bed = Assembly(grains, contact, walls, gravity, dt=dt)
+    for _ in range(2000):
+        bed.step()
+    ours = bed.particles({}, tables=False)
+    way = np.linalg.norm(ours.position - grains.position, axis=1)
+    assert way[-1] > 0.1
+    np.testing.assert_allclose(found[-1, 1:4], ours.position[-1], atol=0.02 * way[-1])
+    np.testing.assert_allclose(found[:, 1:4], ours.position, atol=0.2)
+
+
 IN_CONE = np.array([np.sin(0.7), 0.0, np.cos(0.7)])
 OFF_CONE = np.array([-np.cos(0.7), 0.0, np.sin(0.7)])
 

@@ -224,10 +224,13 @@ def test_a_projectile_of_the_blocks_material_is_refused(tmp_path):
         compose.compose(cases.read(tmp_path))
 
 
-def test_stages_of_grains_refuse_blocks(tmp_path):
+def test_stages_of_grains_take_blocks_in_a_loose_bed(tmp_path):
+    """Of flat ground; a bed in another packing, and one of a whole body, refuse them (``tests/dem``)."""
     text = CASE.format(blocks=TABLE).replace('["sph", "crater"]', '["sph", "bed", "handoff", "dem", "crater"]')
     (tmp_path / "case.toml").write_text(text)
-    with pytest.raises(InputError, match="a bed holds no blocks yet"):
+    assert compose.compose(cases.read(tmp_path))["bed"].target.blocks
+    (tmp_path / "case.toml").write_text(text + '[bed]\npacking = "rcp"\n')
+    with pytest.raises(InputError, match='packing = "loose", not "rcp"'):
         compose.compose(cases.read(tmp_path))
 
 
