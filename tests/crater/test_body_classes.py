@@ -58,7 +58,7 @@ def class_of(shape: Shape, before: Particles, after: Particles, size: float = 40
         crater = chosen.measured(after, flat, "the body")
     except InputError:  # the stage goes on without it
         pass
-    hit = Body(shape, np.zeros(3), None, None, 1e-4, 50.0, np.array([0.0, 0.0, -1e7]))
+    hit = Body(shape, np.zeros(3), None, 1e-4, 50.0, np.array([0.0, 0.0, -1e7]))
     seen: BodyComparison = body_findings.compare_bodies(hit, before, after)
     return classes.classed(seen, measured.all_of(seen), crater)
 

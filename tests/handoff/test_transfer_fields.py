@@ -18,11 +18,11 @@ def carved_once():
     """All flows fill the same hollow, and how matter moves is nothing to what is left of the bed: worked out once."""
     carving, known = transfer._carving, {}
 
-    def carved(source, bed, region, rules, classified, inner, tree):
+    def carved(source, bed, region, rules, classified, inner, tree, free):
         mine = [source.position, source.mass, source.density, inner.indices, inner.fraction]
         key = (*(np.asarray(one).tobytes() for one in mine), id(bed), rules.offset)
         if key not in known:
-            known[key] = carving(source, bed, region, rules, classified, inner, tree)
+            known[key] = carving(source, bed, region, rules, classified, inner, tree, free)
         return known[key]
 
     with pytest.MonkeyPatch.context() as patch:
