@@ -272,10 +272,10 @@ def _revolved(wall, x, y, z):
 
 
 @kernel
-def within_reach(position, radius, walls, margin, out):
-    """Mark the grains (n,) whose surface is nearer to a wall than ``margin`` [m] and a tenth of their radius, or of
-    which a wall says nothing."""
-    for i in range(len(radius)):
+def within_reach(lo, hi, position, radius, walls, margin, out):
+    """Mark those of the grains lo to hi whose surface is nearer to a wall than ``margin`` [m] and a tenth of their
+    radius, or of which a wall says nothing."""
+    for i in range(lo, hi):
         out[i] = 0
         for w in range(walls.shape[0]):
             d = distance_of(walls, w, position[i, 0], position[i, 1], position[i, 2])[0]

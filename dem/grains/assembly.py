@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -172,14 +172,6 @@ class Assembly(GrainList):
 
     # -- time
 
-    def _each(self, function) -> list[Any]:
-        """Run ``function(chunk)`` for all chunks, chunk 0 on this thread."""
-        if self._pool is None:
-            return [function(0)]
-        others = [self._pool.submit(function, c) for c in range(1, self.threads)]
-        mine = function(0)
-        return [mine] + [other.result() for other in others]
-
     def step(self) -> None:
         """Advance by dt.
 
@@ -189,7 +181,7 @@ class Assembly(GrainList):
         self.steps += 1
         self.since_build += 1
         if 4.0 * max(moved) > self.skin**2:
-            self._rebuild()
+            self._rebuild(forces_follow=True)
         if self.scheme.attract:
             cached_gravity.attract(self)
         self._forces()

@@ -6,6 +6,8 @@ grain again. All of the state can be saved and restored bit for bit (``saved``, 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import numpy as np
@@ -28,6 +30,7 @@ PER_GRAIN = (
     "headroom",
     "wall_history", "reference",
 )  # fmt: skip
+FORCES = ("A", "E", "F")
 PULLED = ("self_acceleration", "cached_acceleration")
 _LISTED = ("row", "col", "hist", "report", "booked")
 _NUMBERS = (
@@ -71,6 +74,8 @@ class GrainList:
     pull_state: np.ndarray
     pull_interval: float
     threads: int
+    _pool: ThreadPoolExecutor | None
+    _known: np.ndarray
     dt: float
     steps: int
     start_time: float
@@ -92,50 +97,79 @@ class GrainList:
 
     def touching(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Present indices of the two grains of each contact, and its history."""
-        return self._rows_of(np.flatnonzero(self.hist[:, TOUCHING] != 0.0))
-
-    def _rows_of(self, where: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        where = np.flatnonzero(self.hist[:, TOUCHING] != 0.0)
         return self.first[where].astype(np.int64), self.col[where].astype(np.int64), self.hist[where]
 
-    def _rebuild(self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None) -> None:
-        """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list."""
-        if known is None:  # with offsets, also open contacts that remember one
-            known = self._rows_of(np.flatnonzero(self._not_empty()))
-        first, second, history = known
-        self._adapt_skin(float(history[:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
-        by_state = np.argsort(self.state, kind="stable")
+    def _each(self, function: Callable[[int], Any]) -> list[Any]:
+        """Run ``function(chunk)`` for all chunks, chunk 0 on this thread."""
+        if self._pool is None:
+            return [function(0)]
+        others = [self._pool.submit(function, c) for c in range(1, self.threads)]
+        mine = function(0)
+        return [mine] + [other.result() for other in others]
+
+    def _spread(self, count: int, work: Callable[[int, int], Any]) -> list[Any]:
+        """``work(lo, hi)`` for equal shares of range(count), one per thread."""
+        return self._each(lambda c: work(count * c // self.threads, count * (c + 1) // self.threads))
+
+    def _rebuild(
+        self, known: tuple[np.ndarray, np.ndarray, np.ndarray] | None = None, forces_follow: bool = False
+    ) -> None:
+        """Sort the grains by cell and build the list; ``known`` contacts replace those of the present list.
+
+        ``forces_follow``: forces are evaluated before anybody reads them again, and need not be sorted.
+        """
+        if known is None:
+            old = self.first, self.col, self._known, self.hist
+        else:
+            first, second, history = known
+            old = first.astype(np.int32), second.astype(np.int32), np.ones(len(first), dtype=np.int8), history
+        self._adapt_skin(float(old[3][:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
         active = int(np.count_nonzero(self.state == ACTIVE))
+        self.active, self.moving = active, active + int(np.count_nonzero(self.state == BALLISTIC))
+        by_state = np.argsort(self.state, kind="stable")
+        in_place = not (self.state[1:] < self.state[:-1]).any()
+        searched = self.X[:active] if in_place else self.X[by_state[:active]]
         # grains of very different sizes: cells only order them, of the size of the mean grain; their pairs are found
         # class by class
-        mixed = size_levels.several(self.X[by_state[:active], RADIUS])
+        mixed = size_levels.several(searched[:, RADIUS])
         reach = 2.0 * (self.mean_radius if mixed else float(self.X[:, RADIUS].max())) + self.skin
-        cells = pair_list.Cells(self.X[by_state[:active], :3], reach)
-        order = np.concatenate([by_state[:active][cells.order], by_state[active:]])
-        for name in self._per_grain:
-            setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
-        self.V = gather.aligned(self.V)
-        new_index = np.empty(len(order), dtype=np.int64)
-        new_index[order] = np.arange(len(order))
-        self.active = active
-        self.moving = active + int(np.count_nonzero(self.state == BALLISTIC))
+        cells = pair_list.Cells(searched, reach, self._spread)
+        order = np.concatenate([by_state[cells.order], by_state[active:]])
+        new_index = self._reorder(order, FORCES if forces_follow and in_place else ())
         room = max(len(self.col) + len(self.col) // 8, 6 * active, 64)
         if mixed:
-            self.row, self.col = size_levels.build(self.X[:active], self.skin, room)
+            self.row, self.first, self.col = size_levels.build(self.X[:active], self.skin, room)
         else:
-            self.row, self.col = pair_list.build(self.X[:active], cells, self.skin, room)
-        self.first = pair_list.first_of(self.row)
+            self.row, self.first, self.col = pair_list.build(self.X[:active], cells, self.skin, room, self._spread)
         self.hist = gather.aligned_zeros((len(self.col), self.scheme.history))
-        first, second = new_index[first], new_index[second]
-        here = (first < active) & (second < active)
-        pair_list.carry(first[here], second[here], history[here], self.row, self.col, self.hist)
-        self._known = self._not_empty()
+        self._known = np.zeros(len(self.col), dtype=np.int8)
+        new = self.row, self.col, self.hist, self._known
+        self._spread(len(old[0]), lambda begin, end: pair_list.carry(begin, end, old, new_index, *new))
         self.F[active:] = 0.0
         self.wall_history[active:] = 0.0
-        self.reference = self.X[:, :3].copy()
         self._near_walls()
         self.builds += 1
         self.since_build = 0
         self._cut()
+
+    def _reorder(self, order: np.ndarray, without: tuple[str, ...]) -> np.ndarray:
+        """Put the grains into this order, but for the tables ``without``, and remember their positions; where each of
+        them now stands (n,) int32."""
+        names = [name for name in self._per_grain if name not in ("reference", *without)]
+        old = {name: getattr(self, name) for name in names}
+        new = {name: gather.aligned_zeros(a.shape) if name == "V" else np.empty_like(a) for name, a in old.items()}
+        new_index = np.empty(len(order), dtype=np.int32)
+
+        def move(lo: int, hi: int) -> None:
+            for name in names:
+                np.take(old[name], order[lo:hi], axis=0, out=new[name][lo:hi], mode="clip")
+            new_index[order[lo:hi]] = np.arange(lo, hi)
+            self.reference[lo:hi] = new["X"][lo:hi, :3]
+
+        self._spread(len(order), move)
+        vars(self).update(new)
+        return new_index
 
     def _not_empty(self) -> np.ndarray:
         """1 for entries of the list with a history: those in contact and, with offsets, open ones that remember
@@ -146,8 +180,9 @@ class GrainList:
     def _near_walls(self) -> None:
         """Which grains can reach a wall before the list is built again: none moves further than half a skin until
         then."""
-        self.walled = np.zeros(len(self.X), dtype=np.int8)
-        walls.within_reach(self.reference, self.X[:, RADIUS], self.walls, self.skin, self.walled)
+        self.walled = np.empty(len(self.X), dtype=np.int8)
+        reach = self.reference, self.X[:, RADIUS], self.walls, self.skin
+        self._spread(len(self.X), lambda lo, hi: walls.within_reach(lo, hi, *reach, self.walled))
 
     def _adapt_skin(self, offset: float) -> None:
         """Set the skin of the list about to be built: a list should serve 10 to 60 steps.
@@ -163,11 +198,10 @@ class GrainList:
 
     def _cut(self) -> None:
         """Chunks of rows with about equal numbers of list entries."""
-        work = self.row[1:]
-        goals = np.linspace(0, work[-1] if len(work) else 0, self.threads + 1)[1:-1]
-        inner = np.searchsorted(work, goals)
+        goals = np.linspace(0, self.row[-1], self.threads + 1)[1:-1]
+        inner = np.searchsorted(self.row[1:], goals)
         rows = [0, *inner.tolist(), self.active]
-        entries = np.concatenate([[0], work])[rows].astype(np.int64).tolist()
+        entries = self.row[rows].tolist()
         chunks = [Chunk(c, rows[c], rows[c + 1], entries[c], entries[c + 1], self.active) for c in range(self.threads)]
         self._chunks = [tuple(chunk) for chunk in chunks]
         self._moving_chunks = [*self._chunks[:-1], tuple(chunks[-1]._replace(hi=self.moving))]

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.contact.columns import RADIUS
-from dem.grains.pair_list import Cells
+from dem.grains.pair_list import Cells, first_of
 from matter.compilation.jit import kernel
 
 WORTH_IT = 3.0
@@ -34,7 +34,7 @@ def classes(radius: np.ndarray) -> np.ndarray:
 
 
 class Grid(NamedTuple):
-    """Grains of one class in the order of their cells: numbers ``members`` (k,), ``cell`` (k, 3); where each cell
+    """Grains of one class in the order of their cells: numbers ``members`` (k,), their ``cell`` (k,); where each cell
     begins ``start``; ``low`` corner (3,) [m], ``size`` of a cell [m], ``shape`` (3,)."""
 
     members: np.ndarray
@@ -49,12 +49,12 @@ class Grid(NamedTuple):
 def _own(X, grid, skin, count, first, second):
     """Pairs within one class; returns how many there are with the ``count`` that came before (beyond the room they are
     only counted)."""
-    members, index, start, shape = grid.members, grid.cell, grid.start, grid.shape
+    members, flat, start, shape = grid.members, grid.cell, grid.start, grid.shape
     room = first.shape[0]
     for a in range(members.shape[0]):
         i = members[a]
         x, y, z, reach = X[i, 0], X[i, 1], X[i, 2], X[i, RADIUS] + skin
-        cx, cy, cz = index[a, 0], index[a, 1], index[a, 2]
+        cx, cy, cz = flat[a] // (shape[1] * shape[2]), flat[a] // shape[2] % shape[1], flat[a] % shape[2]
         z0, z1 = max(cz - 1, 0), min(cz + 1, shape[2] - 1)
         for part in range(5):
             ax, ay = cx, cy
@@ -133,17 +133,16 @@ def _rows(first, second, count, row, col):
         cursor[first[e]] += 1
 
 
-def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray]:
-    """Row starts (n + 1) and partners of the half list of grains ``X`` (n, 4) [m], the same as ``contacts.build``."""
+def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Row starts (n + 1), first grains and partners of the half list of grains ``X`` (n, 4) [m], the same as
+    ``pair_list.build``."""
     of = classes(X[:, RADIUS])
     grids = []
     for k in range(int(of.max()) + 1):
         members = np.flatnonzero(of == k)
         if len(members):
-            cells = Cells(X[members, :3], 2.0 * float(X[members, RADIUS].max()) + skin)
-            grids.append(
-                Grid(members[cells.order], cells.index, cells.start, cells.low, float(cells.size), cells.shape)
-            )
+            cells = Cells(X[members], 2.0 * float(X[members, RADIUS].max()) + skin)
+            grids.append(Grid(members[cells.order], cells.flat, cells.start, cells.low, cells.size, cells.shape))
     while True:
         first, second = np.empty(room, dtype=np.int32), np.empty(room, dtype=np.int32)
         count = 0
@@ -156,4 +155,4 @@ def build(X: np.ndarray, skin: float, room: int) -> tuple[np.ndarray, np.ndarray
         room = int(count * 1.1) + 16
     row, col = np.empty(len(X) + 1, dtype=np.int64), np.empty(count, dtype=np.int32)
     _rows(first, second, count, row, col)
-    return row, col
+    return row, first_of(row), col

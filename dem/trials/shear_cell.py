@@ -189,13 +189,14 @@ class Cell:
         self.hist[:, :TOUCHING] = 0.0
 
     def _build(self) -> None:
-        touch = np.flatnonzero(self.hist[:, TOUCHING] != 0.0) if len(self.hist) else np.zeros(0, dtype=np.int64)
-        first = np.repeat(np.arange(len(self.X)), np.diff(self.row))[touch] if len(touch) else touch
-        second, old = self.col[touch].astype(np.int64), self.hist[touch]
+        n, m = len(self.X), len(self.hist)
+        old = pair_list.first_of(self.row), self.col[:m].copy(), np.ones(m, dtype=np.int8), self.hist
         while neighbours(self.X, self.period, self.clock[0], SKIN, self.row, self.col) > len(self.col):
             self.col = np.zeros(int(1.2 * self.row[-1]), dtype=np.int32)
         self.hist = np.zeros((int(self.row[-1]), HISTORY))
-        pair_list.carry(first, second, old, self.row, self.col, self.hist)
+        known = np.zeros(len(self.hist), dtype=np.int8)
+        new_index = np.arange(n, dtype=np.int32)
+        pair_list.carry(0, m, old, new_index, self.row, self.col[: len(known)], self.hist, known)
         self.start = self.X[:, :3].copy()
 
     def run(self, steps: int) -> dict[str, float]:

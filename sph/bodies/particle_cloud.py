@@ -173,10 +173,10 @@ class Cloud:
     def reorder(self, order: np.ndarray) -> None:
         """Put every array into a new order."""
         for name in ARRAYS:
-            setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
+            setattr(self, name, np.take(getattr(self, name), order, axis=0))
         for name in OPTIONAL:
             if len(getattr(self, name)):
-                setattr(self, name, np.ascontiguousarray(getattr(self, name)[order]))
+                setattr(self, name, np.take(getattr(self, name), order, axis=0))
 
 
 class Neighbourhood:

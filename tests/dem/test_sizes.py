@@ -27,13 +27,13 @@ def test_the_list_by_classes_is_that_of_brute_force(ratio, seed):
     radius = power_law(n, ratio, seed)
     X = np.column_stack([rng.uniform(-1.0, 1.0, (n, 3)) * [12.0, 25.0, 12.0], radius])
     X[:3, :3] += 400.0  # a few far away
-    row, col = size_levels.build(X, 0.3, 64)
+    row, _, col = size_levels.build(X, 0.3, 64)
     found = [(i, int(j)) for i in range(n) for j in col[row[i] : row[i + 1]]]
     assert len(found) == len(set(found)) and set(found) == brute(X, 0.3)
     assert all(list(col[row[i] : row[i + 1]]) == sorted(col[row[i] : row[i + 1]]) for i in range(n))
     cells = pair_list.Cells(X[:, :3], 2 * radius.max() + 0.3)
     sorted_X = X[cells.order]
-    row, col = pair_list.build(sorted_X, cells, 0.3, 64)
+    row, _, col = pair_list.build(sorted_X, cells, 0.3, 64)
     assert {(i, int(j)) for i in range(n) for j in col[row[i] : row[i + 1]]} == brute(sorted_X, 0.3)
 
 
