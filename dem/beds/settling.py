@@ -1,6 +1,6 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight goes by the position of a grain (below the datum, or how far above it). Masses are set after ``load`` and once
+Weight is switched by the position of a grain (below or above the datum). Masses are set after ``load`` and once
 more after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the
 bed comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
@@ -31,9 +31,6 @@ from matter.particles import Particles
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
-FADES = 3.0
-"""Height above the datum over which the weight of grains fades out while the bed packs, in mean radii: where it ended
-at once, grains without friction would lie in layers."""
 REST_LIMIT = 60
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
 SINK_DRAG = 2.0
@@ -199,7 +196,7 @@ class Settling:
         if self.phase >= self.phase_index("grip"):
             full = (bed.headroom == 0).astype(float)
         else:
-            full = np.clip(1.0 - self.elevation() / (FADES * bed.mean_radius), 0.0, 1.0)
+            full = (self.elevation() <= 0.0).astype(float)
         bed.weight[:] = light + (1.0 - light) * full
 
     def next(self) -> bool:

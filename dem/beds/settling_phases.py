@@ -4,9 +4,9 @@
 phase   friction steering   weight above the datum  purpose
 ======= ======== ========== ======================= ===================================================================
 pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii are exchanged)
-load    off      FIRE       0.5 -> 0.001 (fades)    the bed takes up its weight, the headroom comes to lie on it
-                                                    nearly without load
-trim    off      FIRE       0.001 (fades)           equilibrium with the masses that the measured packing fraction asks
+load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it
+                                                    without load
+trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks
                                                     for
 grip    on       drag       (headroom taken away)   friction and its springs
 rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none
@@ -17,10 +17,6 @@ lay     off      FIRE       0                       the headroom is laid back on
                                                     touching, no load
 ======= ======== ========== ======================= ===================================================================
 
-While the bed packs, weight fades from all to that of the headroom over ``dem.beds.settling.FADES`` radii above the
-datum. Where it ended at the datum, grains without friction lay in layers along it, and what a carved rim of half a
-radius kept of them was a quarter radius too low.
-
 A loose bed (``dem.beds.loose_packing``) begins otherwise, and goes on from ``grip``:
 
 ======= ======== ========== ======================= ===================================================================
@@ -28,7 +24,7 @@ pack    off      FIRE       (no gravity, a lid)     random points, somewhat too 
 grow    off      FIRE       (no gravity, a lid)     (twice) radii grow until the bulk is filled as it is to begin:
                                                     grains touch, none presses
 sink    on       drag       1                       grains come down onto each other, friction holds them
-trim    on       FIRE       0.001 (fades)           (twice, with liquid layers only) these come to equilibrium with the
+trim    on       FIRE       0.001                   (twice, with liquid layers only) these come to equilibrium with the
                                                     masses that the measured packing fraction asks for
 ======= ======== ========== ======================= ===================================================================
 
@@ -70,7 +66,7 @@ _FROM_GRIP = (
     Phase("grip", 1.5, False, (0.0, 0.0)),
     Phase("rest", 1.5, False, (0.0, 0.0)),
     Phase("free", 1.0, False, (0.0, 0.0)),
-    Phase("lay", 2.0, True, (0.0, 0.0)),
+    Phase("lay", 1.0, True, (0.0, 0.0)),
 )
 PHASES = (
     Phase("pack", 3.0, True, (0.0, 0.0), exchange=True),
@@ -89,5 +85,5 @@ LOOSE_PHASES = (
     _FROM_GRIP[0]._replace(length=8.0),
     *_FROM_GRIP[1:],
     Phase("cover", 4.0, False, (1.0, 1.0)),
-    _FROM_GRIP[-1],
+    _FROM_GRIP[-1]._replace(length=2.0),
 )

@@ -163,5 +163,5 @@ def test_the_pairs_of_few_large_grains_are_all_found(ratio):
     cells = pair_list.Cells(X[:, :3], reach)
     distance = np.linalg.norm(X[:, None, :3] - X[None, :, :3], axis=2)
     wanted = np.triu(distance < X[:, None, 3] + X[None, :, 3] + 0.1, 1).sum()
-    row, _ = size_levels.build(X, 0.1, 64)
+    row, _, _ = size_levels.build(X, 0.1, 64)
     assert row[-1] == wanted and size_levels.several(X[:, 3]) == (ratio > 3.0)

@@ -75,8 +75,7 @@ def test_the_springs_of_a_start_are_for_its_fastest_approach(small_bed, tmp_path
     bed = small_bed
     moving = bed.select(bed.headroom == 0)
     moving.attributes["bed_grains"] = int(bed.identity.max()) + 1
-    still = np.flatnonzero(np.linalg.norm(moving.position - [0.0, 0.0, -4.0], axis=1) < 1.2)
-    other = int(still[0])
+    other = int(np.argmin(np.linalg.norm(moving.position - [0.0, 0.0, -4.0], axis=1)))
     moving["velocity"][other] = [0.0, 0.0, -3.0]
     speed = fastest_approach(moving)
     way = np.delete(moving.position, other, axis=0) - moving.position[other]
