@@ -1,8 +1,8 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight is switched by the position of a grain (below or above the datum). Masses are set after ``load`` and once
-more after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the
-bed comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
+Weight is switched by the position of a grain (below or above the datum). Masses are set after ``load`` and once more
+after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
+comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from matter.particles import Particles
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
-REST_LIMIT = 60
+REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
 SINK_DRAG = 2.0
 """Rate of the drag while loose grains come down, times sqrt(r/g): none falls faster than half of sqrt(g r)."""
@@ -54,6 +54,7 @@ class Settling:
 
     plan: tuple[Phase, ...] = PHASES
     """The phases in their order."""
+    rest_limit: int = REST_LIMIT
     own: tuple[str, ...] = ("phase", "done", "repeats", "total", "steps", "free_speed")
     """Numbers of the settling that a checkpoint holds besides the assembly."""
 
@@ -72,6 +73,8 @@ class Settling:
         self.gravity = body.gravity()
         self.hard = self.springs_of_weight()
         self.falls = self.hard or loose is not None
+        if self.falls:
+            self.rest_limit = 4 * REST_LIMIT  # ``rest`` is short against their falls
         self.phase, self.done, self.repeats, self.total = 0, 0, 0, 0
         self.aside: Particles | None = None
         self.rested: Particles | None = None
@@ -109,9 +112,9 @@ class Settling:
         """g [m/s^2] that speeds are measured against."""
         return float(self.gravity.strength(np.array(self.body.radius)))
 
-    def elevation(self) -> np.ndarray:
-        """Height of the grains of the assembly above the datum [m]."""
-        return np.linalg.norm(self.bed.X[:, :3], axis=1) - self.domain.datum_radius
+    def above(self) -> np.ndarray:
+        """Which grains of the assembly lie above the datum."""
+        return self._squared_distance() > self.domain.datum_radius**2
 
     def deep(self) -> np.ndarray:
         """Which grains lie so far below the datum that their radii may be exchanged under load: at the datum the step
@@ -193,11 +196,8 @@ class Settling:
             return
         start, end = now.light
         light = max(end, start * (1.0 - 1.5 * part))
-        if self.phase >= self.phase_index("grip"):
-            full = (bed.headroom == 0).astype(float)
-        else:
-            full = (self.elevation() <= 0.0).astype(float)
-        bed.weight[:] = light + (1.0 - light) * full
+        above = bed.headroom > 0 if self.phase >= self.phase_index("grip") else self.above()
+        bed.weight[:] = np.where(above, light, 1.0)
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""
@@ -209,7 +209,7 @@ class Settling:
         if self.phase in (rest, free):
             g = self.surface_gravity()
             residual = bed_measures.residual(bed, g)
-            enough = self.repeats >= REST_LIMIT
+            enough = self.repeats >= self.rest_limit
             self.repeats += 1
             if now.name == "rest":
                 sloshing = self.sloshing(bed) / residual["unit_m_s"]

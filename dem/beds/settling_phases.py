@@ -28,8 +28,8 @@ trim    on       FIRE       0.001                   (twice, with liquid layers o
                                                     masses that the measured packing fraction asks for
 ======= ======== ========== ======================= ===================================================================
 
-and at its end, between two phases ``lay``, the headroom comes down as it did in ``sink``: the bed has sunk from below
-it (by half a radius in a cap of Callisto), and headroom that is only moved out of the bed's way leaves a gap there.
+It ends with the phases ``lay``, ``cover``, ``lay``. While a loose bed comes to rest it sinks, by half a radius in a
+cap of Callisto. ``lay`` alone only moves the headroom out of the bed's way, which leaves a gap between the two.
 
 ======= ======== ========== ======================= ===================================================================
 cover   on       drag       1                       headroom falls onto the bed, which is held still
@@ -45,8 +45,8 @@ LIGHT = 1e-3
 
 
 class Phase(NamedTuple):
-    """``length`` in travel times of a wave through the bed at the collision step (of falls in sqrt(r/g)); ``light``
-    weight above the datum at start and end."""
+    """``length`` in travel times of a wave through the bed at the collision step (of ``sink`` and ``cover`` in
+    sqrt(r/g)); ``light`` weight above the datum at start and end."""
 
     name: str
     length: float
@@ -83,7 +83,8 @@ LOOSE_PHASES = (
     Phase("trim", 4.0, True, (LIGHT, LIGHT), masses=True, exchange=True, held=True),
     Phase("trim", 4.0, True, (LIGHT, LIGHT), held=True),
     _FROM_GRIP[0]._replace(length=8.0),
-    *_FROM_GRIP[1:],
+    *_FROM_GRIP[1:-1],
+    _FROM_GRIP[-1]._replace(length=2.0),
     Phase("cover", 4.0, False, (1.0, 1.0)),
     _FROM_GRIP[-1]._replace(length=2.0),
 )

@@ -107,7 +107,10 @@ def hand_over(
         moved += closing.closing_field(mass, position, before.momentum - now.momentum, before.angular - now.angular)
     after = _of(region, mass, position, moved, radius, spin) + airborne
     first = 1 + max(int(some.identity.max(initial=0)) for some in (bed, *([] if blocks is None else [blocks.grains])))
-    start = _start(carved, bed, source, stays, mass, volume[kept], moved, spin, flying, region, first)
+    filled = volume[kept] * (radius / bed.radius[kept]) ** 3  # what a grain fills, from here on
+    for name, values in dict(velocity=moved, angular_velocity=spin, mass=mass, density=mass / filled).items():
+        carved[name] = values
+    start = _start(carved, bed, source, stays, flying, region, first)
     grain_provenance.give(
         start, source, region, grain_provenance.taken(source, compact, held, grid, near, flying.source)
     )
@@ -279,17 +282,20 @@ def _shrink(source: Particles, compact: np.ndarray, grid: mapping.Overlap, near,
 
 
 def _start(
-    carved: Particles, bed, source, stays, mass, volume, velocity, spin, flying: ejected.Ejecta, region: domain.Domain,
+    carved: Particles,
+    bed: Particles,
+    source: Particles,
+    stays,
+    flying: ejected.Ejecta,
+    region: domain.Domain,
     first: int,
-) -> Particles:  # fmt: skip
+) -> Particles:
     """The carved bed and the ejecta, of identities from ``first`` on, as one set of grains; every field of the bed is
     carried."""
-    settled = bed.select(stays)
-    volume = volume * (carved.radius / settled.radius) ** 3  # what a grain fills, from here on
     count, extra = len(carved), len(flying.mass)
     names, table = material_numbers(source, bed)
     material = table[np.clip(source.material[flying.source], 0, len(table) - 1)]
-    reference = float(np.median(mass))
+    reference = float(np.median(carved.mass))
     tail = {
         "identity": first + np.arange(extra),
         "position": flying.position,
@@ -304,14 +310,7 @@ def _start(
         "state": flying.state,
     }
     head = {name: carved[name] for name in carved}
-    head |= {
-        "velocity": velocity,
-        "angular_velocity": spin,
-        "mass": mass,
-        "density": mass / volume,
-        "headroom": np.zeros(count, dtype=np.int8),
-        "state": np.zeros(count, dtype=np.int8),
-    }
+    head |= {name: np.zeros(count, dtype=np.int8) for name in ("headroom", "state")}
     if "stiffness" in bed:
         softest = float(np.min(carved.stiffness))
         tail["stiffness"] = np.minimum(1.0, flying.mass / reference) * softest
@@ -330,5 +329,5 @@ def _start(
         "time": float(source.attributes.get("time", 0.0)),
     }
     attributes["bed_grains"] = first  # identities from here on are ejecta
-    tables = bulking.contacts_kept(carve.surviving_tables(bed, stays), settled, carved.radius, region)
+    tables = bulking.contacts_kept(carve.surviving_tables(bed, stays), bed.select(stays), carved.radius, region)
     return Particles(fields, attributes, tables)
