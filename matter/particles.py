@@ -72,7 +72,7 @@ FIELDS: dict[str, Field] = {
         (), "float32", "1", "fraction of its mass shocked above what boils its material; 0 where that is not known"
     ),
     "projectile_fraction": Field((), "float32", "1", "fraction of its mass that came with the projectile"),
-    "block_fraction": Field((), "float32", "1", "fraction of its mass that lay in blocks with particles of their own"),
+    "block_fraction": Field((), "float32", "1", "fraction of its mass that comes from resolved blocks"),
     "peak_pressure_mean": Field((), "float32", "Pa", "mean of the largest pressures of its matter"),
     "peak_pressure_largest": Field((), "float32", "Pa", "largest pressure that any of its matter felt"),
     "first_depth": Field(

@@ -156,7 +156,7 @@ FORMER = {
     "every": "every snapshot is measured",
     "sectors": "there are 24",
     "along_track": "with [target.companion] it is that of the circle about it",
-    "crush_form": "crushing goes by the pressure",
+    "crush_form": "pressure alone decides how pores crush",
     "mapping": "velocities are mapped by moving least squares",
     "liquids": "grains of water and water_thesis are liquid",
     "pull_interval": "it is a 500th of an orbit's time",
