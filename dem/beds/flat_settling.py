@@ -130,9 +130,9 @@ class FlatSettling(Settling):
         """g in force now [m/s^2]."""
         return float(np.linalg.norm(self.gravity.uniform))
 
-    def above(self) -> np.ndarray:
-        """Which grains of the assembly lie above the datum."""
-        return self.bed.X[:, 2] > 0.0
+    def elevation(self) -> np.ndarray:
+        """Height of the grains of the assembly above the datum [m]."""
+        return self.bed.X[:, 2]
 
     def deep(self) -> np.ndarray:
         """Which grains may change radii under load."""

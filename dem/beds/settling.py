@@ -1,8 +1,8 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight is switched by the position of a grain (below or above the datum). Masses are set after ``load`` and once more
-after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the bed
-comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
+Weight goes by the position of a grain (below the datum, or how far above it). Masses are set after ``load`` and once
+more after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the
+bed comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
 
 from __future__ import annotations
@@ -31,12 +31,14 @@ from matter.particles import Particles
 LOOK_EVERY = 10
 """Steps between two looks at which grains are above the datum."""
 EXCHANGE_EVERY = 3
+FADES = 3.0
+"""Height above the datum over which the weight of grains fades out in ``load``, in mean radii."""
 REST_LIMIT = 15
 """Times that ``rest`` and ``free`` are repeated before the bed is given up."""
 SINK_DRAG = 2.0
 """Rate of the drag while loose grains come down, times sqrt(r/g): none falls faster than half of sqrt(g r)."""
 TOPPLE_DRAG = 0.3
-"""Over that of ``rest``, in ``grip`` of a loose bed, in which grains topple that leaned on the headroom."""
+"""Rate of the drag in ``grip`` times the travel time of a wave: grains topple that leaned on the headroom."""
 LOOSE = 4.0
 """Largest speed of any one grain after ``free``, over the limit on the rms speed."""
 QUIET = 0.1
@@ -112,9 +114,9 @@ class Settling:
         """g [m/s^2] that speeds are measured against."""
         return float(self.gravity.strength(np.array(self.body.radius)))
 
-    def above(self) -> np.ndarray:
-        """Which grains of the assembly lie above the datum."""
-        return self._squared_distance() > self.domain.datum_radius**2
+    def elevation(self) -> np.ndarray:
+        """Height of the grains of the assembly above the datum [m]."""
+        return np.linalg.norm(self.bed.X[:, :3], axis=1) - self.domain.datum_radius
 
     def deep(self) -> np.ndarray:
         """Which grains lie so far below the datum that their radii may be exchanged under load: at the datum the step
@@ -148,7 +150,7 @@ class Settling:
         travel = self.span() / float(np.median(self.waves()))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
         # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
-        damped = TOPPLE_DRAG if self.loose and now.name == "grip" else 1.0 if self.falls else 4.0
+        damped = TOPPLE_DRAG if now.name == "grip" else 1.0
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
         if now.name in ("sink", "cover"):
             fall = math.sqrt(self.bed.mean_radius / self.surface_gravity())
@@ -196,8 +198,13 @@ class Settling:
             return
         start, end = now.light
         light = max(end, start * (1.0 - 1.5 * part))
-        above = bed.headroom > 0 if self.phase >= self.phase_index("grip") else self.above()
-        bed.weight[:] = np.where(above, light, 1.0)
+        if self.phase >= self.phase_index("grip"):
+            full = (bed.headroom == 0).astype(float)
+        elif now.fades:
+            full = np.clip(1.0 - self.elevation() / (FADES * bed.mean_radius), 0.0, 1.0)
+        else:
+            full = (self.elevation() <= 0.0).astype(float)
+        bed.weight[:] = light + (1.0 - light) * full
 
     def next(self) -> bool:
         """Go to the next phase at the end of one; False when the bed is at rest or has been given up."""

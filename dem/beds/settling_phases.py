@@ -4,10 +4,10 @@
 phase   friction steering   weight above the datum  purpose
 ======= ======== ========== ======================= ===================================================================
 pack    off      FIRE       (no gravity, a lid)     random points become a stable close packing (radii are exchanged)
-load    off      FIRE       0.5 -> 0.001            the bed takes up its weight, the headroom comes to lie on it
-                                                    without load
-trim    off      FIRE       0.001                   equilibrium with the masses that the measured packing fraction asks
-                                                    for
+load    off      FIRE       fades; 0.5 -> 0.001     the bed takes up its weight, the headroom comes to lie on it
+                                                    nearly without load
+trim    on       FIRE       0.001                   (twice) equilibrium with the masses that the measured packing
+                                                    fraction asks for
 grip    on       drag       (headroom taken away)   friction and its springs
 rest    on       drag       (headroom taken away)   until grains move at a tenth of the limit in their cages, and none
                                                     faster than half of it
@@ -16,6 +16,9 @@ free    on       none       (headroom taken away)   proof: by itself the bed sta
 lay     off      FIRE       0                       the headroom is laid back onto the bed, which is held still:
                                                     touching, no load
 ======= ======== ========== ======================= ===================================================================
+
+In ``load`` weight fades over ``dem.beds.settling.FADES`` radii above the datum. If it ended at the datum, grains
+without friction would lie in layers along it. Friction keeps them from doing so in ``trim``, where it ends there.
 
 A loose bed (``dem.beds.loose_packing``) begins otherwise, and goes on from ``grip``:
 
@@ -46,7 +49,7 @@ LIGHT = 1e-3
 
 class Phase(NamedTuple):
     """``length`` in travel times of a wave through the bed at the collision step (of ``sink`` and ``cover`` in
-    sqrt(r/g)); ``light`` weight above the datum at start and end."""
+    sqrt(r/g)); ``light`` weight above the datum at start and end, or, where weight ``fades``, far above it."""
 
     name: str
     length: float
@@ -55,6 +58,7 @@ class Phase(NamedTuple):
     masses: bool = False
     exchange: bool = False
     held: bool = False
+    fades: bool = False
 
     @property
     def friction(self) -> bool:
@@ -66,13 +70,13 @@ _FROM_GRIP = (
     Phase("grip", 1.5, False, (0.0, 0.0)),
     Phase("rest", 1.5, False, (0.0, 0.0)),
     Phase("free", 1.0, False, (0.0, 0.0)),
-    Phase("lay", 1.0, True, (0.0, 0.0)),
+    Phase("lay", 2.0, True, (0.0, 0.0)),
 )
 PHASES = (
     Phase("pack", 3.0, True, (0.0, 0.0), exchange=True),
-    Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True),
-    Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True),
-    Phase("trim", 3.0, True, (LIGHT, LIGHT)),
+    Phase("load", 3.0, True, (0.5, LIGHT), masses=True, exchange=True, fades=True),
+    Phase("trim", 2.0, True, (LIGHT, LIGHT), masses=True, held=True),
+    Phase("trim", 3.0, True, (LIGHT, LIGHT), held=True),
     *_FROM_GRIP,
 )
 LOOSE_PHASES = (
@@ -83,8 +87,7 @@ LOOSE_PHASES = (
     Phase("trim", 4.0, True, (LIGHT, LIGHT), masses=True, exchange=True, held=True),
     Phase("trim", 4.0, True, (LIGHT, LIGHT), held=True),
     _FROM_GRIP[0]._replace(length=8.0),
-    *_FROM_GRIP[1:-1],
-    _FROM_GRIP[-1]._replace(length=2.0),
+    *_FROM_GRIP[1:],
     Phase("cover", 4.0, False, (1.0, 1.0)),
-    _FROM_GRIP[-1]._replace(length=2.0),
+    _FROM_GRIP[-1],
 )
