@@ -160,10 +160,14 @@ def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray) -> np.ndarray:
 def ground_before(
     particles: Particles, datum: Datum, reach: float | None = None, sectors: int = 24
 ) -> surface.Undisturbed:
-    """The ground of the undisturbed target, without the projectile, out to ``reach`` [m] (default: as far as the cloud
-    covers every azimuth)."""
+    """The ground of the undisturbed target, without the projectile and without what of a bed's headroom lies above the
+    datum, out to ``reach`` [m] (default: as far as the cloud covers every azimuth). A loose bed sinks while it comes to
+    rest, and some of its headroom falls below the datum, where the carve keeps it."""
     if "layer" in particles:
         particles = particles.select(particles.layer >= 0)
+    if "headroom" in particles:
+        height = datum.polar(particles.position)[2]
+        particles = particles.select((particles.headroom == 0) | (height <= 0.0))
     body = supported_part(
         clouds.particle_cloud(particles, "the snapshot before the impact"),
         datum,

@@ -65,8 +65,6 @@ class MeasurementConfig:
         if self.before is None or not self.before.is_file():
             return None
         particles = self.seen(snapshot.read(self.before))
-        if "headroom" in particles:
-            particles = particles.select(particles.headroom == 0)
         return locate.ground_before(particles, self.datum, self.reach, self.sectors)
 
     def measured(self, particles: Particles, before: Undisturbed | None, what: str) -> Measures:

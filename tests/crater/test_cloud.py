@@ -111,6 +111,18 @@ def test_the_ground_before_the_impact_is_without_the_projectile() -> None:
     assert all(np.array_equal(seen.excess[name], alone.excess[name], equal_nan=True) for name in alone.excess)
 
 
+def test_headroom_that_fell_below_the_datum_is_ground_before_the_impact() -> None:
+    """The carve keeps it. What lies above the datum is no ground."""
+    low, high = (-3000.0, -3000.0, -1000.0), (3000.0, 3000.0, 600.0)
+    bed = synthetic.as_fields(synthetic.fill(np.random.default_rng(8), SPACING, low, high, "jitter"), SPACING)
+    height = bed["position"][:, 2]
+    seen, alone = (
+        locate.ground_before(Particles({**bed, "headroom": height > top}), datum.plane()) for top in (0.0, -0.5 * SPACING)
+    )
+    assert all(np.array_equal(seen.excess[name], alone.excess[name], equal_nan=True) for name in seen.excess)
+    assert abs(np.nanmean(seen.excess["column"])) < 0.05 * SPACING
+
+
 @pytest.mark.parametrize(("up", "counts"), [(-1.0, True), (1.0, False)])
 def test_expanded_matter_is_ground_where_it_sinks_with_the_floor(up: float, counts: bool) -> None:
     """At 0.4 of its density at rest, which the snapshot says; as in the handoff."""
