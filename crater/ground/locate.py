@@ -160,9 +160,9 @@ def _smooth(x: np.ndarray, y: np.ndarray, h: np.ndarray) -> np.ndarray:
 def ground_before(
     particles: Particles, datum: Datum, reach: float | None = None, sectors: int = 24
 ) -> surface.Undisturbed:
-    """The ground of the undisturbed target, without the projectile and without what of a bed's headroom lies above the
-    datum, out to ``reach`` [m] (default: as far as the cloud covers every azimuth). A loose bed sinks while it comes to
-    rest, and some of its headroom falls below the datum, where the carve keeps it."""
+    """The ground of the undisturbed target, without the projectile and the headroom above the datum, out to ``reach``
+    [m] (default: as far as the cloud covers every azimuth). A loose bed sinks while it comes to rest, and some of its
+    headroom falls below the datum, where the carve keeps it."""
     if "layer" in particles:
         particles = particles.select(particles.layer >= 0)
     if "headroom" in particles:

@@ -117,7 +117,8 @@ def test_headroom_that_fell_below_the_datum_is_ground_before_the_impact() -> Non
     bed = synthetic.as_fields(synthetic.fill(np.random.default_rng(8), SPACING, low, high, "jitter"), SPACING)
     height = bed["position"][:, 2]
     seen, alone = (
-        locate.ground_before(Particles({**bed, "headroom": height > top}), datum.plane()) for top in (0.0, -0.5 * SPACING)
+        locate.ground_before(Particles({**bed, "headroom": height > top * SPACING}), datum.plane())
+        for top in (0.0, -0.5)
     )
     assert all(np.array_equal(seen.excess[name], alone.excess[name], equal_nan=True) for name in seen.excess)
     assert abs(np.nanmean(seen.excess["column"])) < 0.05 * SPACING

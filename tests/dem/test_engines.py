@@ -545,8 +545,8 @@ def apart(one, other, name, within):
     """Largest distance of a value of one history from what the other holds within that time [s] of it: a grain that
     hits the ground takes the kinetic energy away at once."""
     distance = []
-    for time, value in zip(one["time_s"], one[name], strict=True):
-        near = other[name][np.abs(other["time_s"] - time) <= within]
+    for moment, value in zip(one["time_s"], one[name], strict=True):
+        near = other[name][np.abs(other["time_s"] - moment) <= within]
         distance.append(max(near.min() - value, value - near.max(), 0.0))
     return max(distance)
 
