@@ -12,7 +12,7 @@ from matter.case import quantity
 from matter.case.body import Impact, Model, Target
 from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import Length, Speed, Volume
-from matter.wording.crater_measures import BY_NAME, COMPARED, MOMENTS, TIME, Measure
+from matter.wording.crater_measures import BY_NAME, COMPARED, TIME, Measure
 
 RISE_LIMIT = 0.15
 """In expected transient diameters: what rises higher is in flight and takes no part in heights."""
@@ -56,9 +56,7 @@ class Published(Model):
     quantity: Literal[(*COMPARED, TIME)]  # type: ignore[valid-type]
     """Which measure, named as in ``measures.json``."""
     of: Literal["transient", "final"] = "transient"
-    """Of which crater."""
-    at: Literal[MOMENTS] = "depth"  # type: ignore[valid-type]
-    """The transient crater is that at the first maximum of this."""
+    """Of which crater; the transient one is that at the first maximum of its depth."""
     value: str
     """With unit, ``"980 km"``."""
     plus: str

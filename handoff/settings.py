@@ -54,8 +54,6 @@ class Settings(cloud_surface.Rules):
     datum (the ledger is the handoff's)."""
     waive: Mapping[str, str] = Field(default_factory=dict)
     """Ledger rows that do not bind this case, each with its reason."""
-    pictures: Annotated[bool, NotIdentity()] = True
-    """Whether the report gets its pictures."""
     particles: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 15_000
     """Size of the source, for the prediction of ``--check`` only."""
     grains: Annotated[int, Field(gt=0), NotIdentity(), Follows()] = 20_000

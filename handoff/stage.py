@@ -118,7 +118,7 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
         record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
     archive.write_json(out / "handoff.json", record)
     _write_residuals(handoff, source, bed, out / "residuals.h5")
-    handoff_report.write(inputs, out, settings.pictures)
+    handoff_report.write(inputs, out)
     progress.update(1.0, "done", force=True)
     if ledger.failures:
         raise Unsound(f"handoff: {', '.join(ledger.failures)} beyond the limit; see {out / 'report.html'}")

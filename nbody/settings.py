@@ -8,7 +8,7 @@ from pydantic import Field, field_validator
 
 from matter.case.body import Impact, Model
 from matter.case.identity_fields import Follows
-from matter.case.quantity import Angle, PositiveSpeed
+from matter.case.quantity import Angle
 from nbody.census import census
 from nbody.population import conditions, rules
 
@@ -24,7 +24,7 @@ class Settings(Model):
     """The moon that is hit."""
     population: str = "literal"
     """``literal`` (Winter 2017 as its tables demand), ``corrected``, ``isotropic``, or a CSV file of asymptotes."""
-    integrator: Literal["fast", "tube", "rkck"] = "fast"
+    integrator: Annotated[Literal["fast", "tube", "rkck"], Follows()] = "fast"
     """``fast`` (every particle, shared ephemeris), ``tube`` (weighted estimator), ``rkck`` (as published, 100 times
     slower)."""
     encounters: int = Field(default=300, ge=1, le=10_000_000)
@@ -33,10 +33,6 @@ class Settings(Model):
     """Which impact is taken from the census (``nbody.population.rules``)."""
     latitude: Angle | None = None
     """Latitude of the crater: the angle is averaged over impacts within 10 deg of it, north and south."""
-    published_speed: PositiveSpeed | None = None
-    """The published value of the same rule, for the record (Winter 2017: 18.234 km/s)."""
-    published_angle: Angle | None = None
-    """The published angle from the vertical (Winter 2017: 40 deg)."""
     seed: int = Field(default=1, ge=0)
     """Seed of the random numbers."""
 

@@ -138,10 +138,6 @@ def impact_toml(settings: Settings, choice: rules.Choice) -> str:
         *_found("speed", choice.speed, 1e-3, "km/s"),
         *_found("angle", choice.angle, math.degrees(1.0), "deg"),
     ]
-    if settings.published_speed is not None:
-        lines.append(f"published_speed = {_text(settings.published_speed / 1e3, 'km/s')}")
-    if settings.published_angle is not None:
-        lines.append(f"published_angle = {_text(math.degrees(settings.published_angle), 'deg')}")
     if pinned:
         lines.append(
             'note = "speed and angle are those that the case pins in [impact]; what the census found stands beside '

@@ -16,6 +16,9 @@ from matter.case import quantity
 from matter.errors import InputError
 from matter.wording.crater_measures import TIME, unit_of
 
+PUBLISHED_AT = "depth"
+"""The transient crater that published numbers are of is that at the first maximum of this."""
+
 
 def compared(findings: Findings) -> Compared:
     """Scaling laws, published numbers, and the late stage in SPH against that in grains."""
@@ -109,13 +112,13 @@ def _moment(findings: Findings, published: Published) -> str:
         if findings.final is None:
             return "end"
         return column_labels.final(final_entry(findings.final)).line.replace("final", "end", 1)
-    moment = findings.transient.get(published.at)
+    moment = findings.transient.get(PUBLISHED_AT)
     if moment is None:
-        return f"first maximum of {published.at}"
-    if published.at in findings.growing:
-        return column_labels.transient([published.at], moment.time, moment.stage, [published.at]).line
+        return f"first maximum of {PUBLISHED_AT}"
+    if PUBLISHED_AT in findings.growing:
+        return column_labels.transient([PUBLISHED_AT], moment.time, moment.stage, [PUBLISHED_AT]).line
     method = column_labels.METHODS.get(moment.stage, moment.stage)
-    return f"first maximum of {published.at}, {column_labels.when(moment.time, method)}"
+    return f"first maximum of {PUBLISHED_AT}, {column_labels.when(moment.time, method)}"
 
 
 def _ours(findings: Findings, published: Published) -> Quantity:
@@ -125,9 +128,9 @@ def _ours(findings: Findings, published: Published) -> Quantity:
         if last is None:
             return Quantity(None, None, missing, findings.reasons.get("final", "not measured"))
         return Quantity(last.time, 0.0, "s") if published.quantity == TIME else last.measures[published.quantity]
-    moment = findings.transient.get(published.at)
+    moment = findings.transient.get(PUBLISHED_AT)
     if moment is None or moment.measures is None:
         return Quantity(
-            None, None, missing, findings.reasons.get("transient", f"no maximum of {published.at} in the series")
+            None, None, missing, findings.reasons.get("transient", f"no maximum of {PUBLISHED_AT} in the series")
         )
     return time_of(findings, moment) if published.quantity == TIME else moment.measures[published.quantity]

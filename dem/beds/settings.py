@@ -39,7 +39,7 @@ class Settings(Model):
     """Height of the headroom above the datum, over ``impact.expected_transient_diameter``."""
     radius_spread: Annotated[float, Field(ge=0.0, lt=0.5)] = 0.15
     """Grain radii are uniform within +- this fraction of their mean."""
-    growth: Annotated[float, Field(ge=0.0, le=0.1)] = 0.04
+    growth: Annotated[float, Field(ge=0.0, le=0.1), Follows()] = 0.04
     """Growth of the mean grain radius per distance from the impact, in random packings of flat ground: it begins at
     1.3 expected radii of the settled crater and ends at twice the radius (``dem.beds.grading``). 0: grains alike."""
     seed: int = 1

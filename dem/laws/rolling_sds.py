@@ -25,6 +25,7 @@ from typing import Annotated, NamedTuple
 from pydantic import Field
 
 from dem.laws import tangential_spring
+from matter.case.identity_fields import Follows
 
 SOURCES = ("Zhang2017", "Jiang2015", "BagiKuhn2004")
 
@@ -38,7 +39,7 @@ class Parameters(NamedTuple):
     """``shape``: beta; ``rolling``: mu_r."""
 
     shape: Shape = 0.4
-    rolling: Annotated[float, Field(ge=0.0, le=5.0, description="Rolling friction, mu_r.")] = 1.05
+    rolling: Annotated[float, Field(ge=0.0, le=5.0, description="Rolling friction, mu_r."), Follows()] = 1.05
 
 
 RESTS_ON = (tangential_spring,)

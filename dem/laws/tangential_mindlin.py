@@ -28,6 +28,7 @@ from typing import Annotated, Literal, NamedTuple
 from pydantic import Field
 
 from dem.laws import normal_hertz, tangential_spring
+from matter.case.identity_fields import Follows
 from matter.compilation.jit import law
 
 SOURCES = ("Mindlin1949", "WaltonBraun1986", "Thornton2013")
@@ -49,6 +50,7 @@ class Choices(NamedTuple):
         Field(
             description="What a spring keeps while the area of its contact grows; see ``dem.laws.tangential_mindlin``."
         ),
+        Follows(),
     ] = "force"
 
 

@@ -24,6 +24,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from matter.case.identity_fields import Follows
 from matter.compilation.jit import law
 
 SOURCES = ("CundallStrack1979", "Schwartz2012")
@@ -36,6 +37,7 @@ class Parameters(NamedTuple):
     restitution_tangential: Annotated[
         float,
         Field(gt=0.0, le=1.0, description="Tangential coefficient of restitution, e_t: sets the tangential dashpot."),
+        Follows(),
     ] = 0.55
 
 

@@ -35,10 +35,10 @@ LAW_FOLDERS = {
         "Porosity",
         "porosity",
         ("sph.porosity.dispatch", "sph.porosity.crush", "sph.materials.families"),
-        ("porosity", "crush"),
+        ("porosity",),
     ),
     "sph/damage": Kind("Damage", "damage", ("sph.damage.growth", "sph.materials.families"), ("damage",)),
-    "sph/kernels": Kind("Kernels", "smoothing kernel", ("sph.kernels.dispatch",), ("kernel",)),
+    "sph/kernels": Kind("Kernels", "smoothing kernel", ("sph.kernels.dispatch",), ("numerics",)),
     "sph/boundary": Kind(
         "Edges of flat ground", "edge of flat ground", ("sph.boundary.dispatch",), ("sides", "floor")
     ),

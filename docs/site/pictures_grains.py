@@ -111,7 +111,7 @@ def mindlin(law: ModuleType, axes: Any) -> str:
         axes[1].plot(phase / (2 * np.pi), work, label=name)
     axes[0].set(xlabel="slip [mm]", ylabel="tangential force [N]")
     axes[1].set(xlabel="cycles", ylabel="work done on the contact [J]")
-    axes[0].legend(title="mindlin_history")
+    axes[0].legend(title="rule of the springs")
     return (
         "Two grains are sheared while loose and let back while pressed, without slipping (E = 10 MPa). Left: the "
         "force over the last cycle by each rule. Right: the work that went in: where it falls from cycle to cycle, "

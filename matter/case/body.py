@@ -49,9 +49,7 @@ class Companion(Model):
     mass: PositiveMass
     """Mass of the companion."""
     distance: PositiveLength
-    """Distance of the companion from the body's centre of mass."""
-    longitude: Angle = 0.0
-    """Longitude above which it stands at the moment of the impact, over the body's equator."""
+    """Distance of the companion from the body's centre of mass; it stands over the equator, above longitude 0."""
 
 
 class Target(Model):

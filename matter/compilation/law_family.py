@@ -44,11 +44,20 @@ class Family:
     material may take none of them.
 
     ``key`` is the case file's word for the family, ``called`` the plain one. With ``none`` the number 0 stands for no
-    law, and the first law has the number 1.
+    law, and the first law has the number 1. ``by_values``: a case chooses a law by the table of its values alone.
     """
 
-    def __init__(self, key: str, called: str, laws: Sequence[ModuleType], prefix: str = "", none: bool = False):
+    def __init__(
+        self,
+        key: str,
+        called: str,
+        laws: Sequence[ModuleType],
+        prefix: str = "",
+        none: bool = False,
+        by_values: bool = False,
+    ):
         self.key, self.called, self.laws, self.prefix, self.first = key, called, tuple(laws), prefix, int(none)
+        self.by_values = by_values
 
     @cached_property
     def names(self) -> tuple[str, ...]:

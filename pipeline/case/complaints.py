@@ -99,7 +99,7 @@ def _worded(model: type[BaseModel], path: KeyPath, entry: Any) -> str:
     match kind:
         case "extra_forbidden" | "unexpected_keyword_argument":
             return unknown(
-                str(path[-1]),
+                path,
                 [
                     name
                     for name in names_at(model, path[:-1])
@@ -164,14 +164,26 @@ FORMER = {
     "until": "[dem] latest_time says it",
     "expected_speed": "the grains' own speeds say it; steps_per_contact shortens the step",
     "rayleigh_fraction": "it is 0.2; steps_per_contact shortens the step",
-    **dict.fromkeys(("shortest", "length_terms"), "[sph] numerics says it"),
+    **dict.fromkeys(("shortest", "length_terms", "viscosity", "volumes", "smoothing"), "[sph] numerics says it"),
     "longest": "it is 2",
     "conductivity": "[sph] numerics says it",
     "direct_packing": "a sphere holds the volume of its particle",
     "correction": "momentum is closed by one field over all grains",
     "region": "momentum is closed by one field over all grains",
+    **dict.fromkeys(("kernel", "support"), "[sph] numerics says it"),
+    "mindlin_history": "springs keep their force while a contact grows",
+    "restitution_tangential": "it is 0.55",
+    "rolling": "it is 1.05; shape scales the resistance",
+    "pictures": "the report always has its pictures",
+    "integrator": "it is fast (impact_census --integrator takes another)",
+    **dict.fromkeys(("published_speed", "published_angle"), "[impact] with speed and angle says it"),
+    "crush": "the table of its values, crush_quadratic or crush_two_power, says it",
+    "companion.longitude": "a companion stands above longitude 0",
+    "reference.at": "published transient craters are those at their first maximum of depth",
+    "bed.growth": "it is 0.04",
 }
-"""Keys that there were: what stands in their stead. A run of an earlier version names them in its file."""
+"""Keys that there were, or their table and they where another table still has such a key: what stands in their stead.
+A run of an earlier version names them in its file."""
 
 # pydantic's words for what a value should have been, in a user's
 _KINDS = {
@@ -183,11 +195,13 @@ _KINDS = {
 }  # fmt: skip
 
 
-def unknown(word: str, names: list[str], what: str = "key") -> str:
+def unknown(path: KeyPath, names: list[str], what: str = "key") -> str:
     """What to say of a key that there is not: a near name, the same key in another table, or all names where nothing
     is near."""
-    if word in FORMER:
-        return f"there is no such {what} any more: {FORMER[word]}"
+    *tables, word = (part for part in path if isinstance(part, str))
+    for former in (word, ".".join((*tables[-1:], word))):
+        if former in FORMER:
+            return f"there is no such {what} any more: {FORMER[former]}"
     near = nearest(word, names, 0.75)
     if not near and (elsewhere := keys.paths_named(word)):
         return f"there is no such {what} here; did you mean {' or '.join(repr(name) for name in elsewhere[:3])}?"

@@ -16,7 +16,6 @@ CHOICES: dict[str, tuple[Any, ...]] = {
     "sph.symmetry": ("half",),
     "sph.materials.NAME.eos": ("table",),
     "dem.contact.normal": ("hertz",),
-    "dem.contact.mindlin_history": ("displacement",),
 }
 """Path of a key, with ``NAME`` for any material -> the values that are experimental; an empty tuple: any but its
 default."""

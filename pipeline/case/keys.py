@@ -145,6 +145,7 @@ def material_sections() -> dict[str, Any]:
     return {
         "elastic": materials.Elastic,
         "tension": materials.Tension,
+        "melting": materials.Melting,
         "thermal": temperature.Parameters,
         "weibull": grady_kipp.Parameters,
         **laws,

@@ -74,18 +74,8 @@ def laws() -> Rows:
 
 
 LAWS = {
-    "sph.materials.ice": ("eos", "strength", "porosity", "crush", "damage"),
-    "sph": (
-        "kernel",
-        "viscosity",
-        "volumes",
-        "smoothing",
-        "gradients",
-        "viscosity_switch",
-        "integrator",
-        "sides",
-        "floor",
-    ),
-    "dem.contact": ("normal", "tangential", "cohesion"),
+    "sph.materials.ice": ("eos", "strength", "porosity", "damage"),
+    "sph": ("numerics", "gradients", "viscosity_switch", "sides", "floor"),
+    "dem.contact": ("normal", "cohesion"),
 }
 KINDS: dict[str, Callable[[], Rows]] = {"cases": cases, "materials": materials, "observed": observed, "laws": laws}

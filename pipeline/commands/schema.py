@@ -7,6 +7,7 @@ schema never refuses a file that a run takes; what depends on several keys is le
 
 from __future__ import annotations
 
+import functools
 import json
 from pathlib import Path
 from typing import Any
@@ -99,7 +100,8 @@ def _table(kind: Any, path: tuple[str, ...], definitions: dict[str, Any]) -> dic
         definitions[f"{path[0]}.{name}"] = _plain(definition, name)
     schema = _plain(whole, kind.__name__)
     for *outer, name in following(kind) if issubclass(kind, BaseModel) else ():
-        (definitions[f"{path[0]}.{outer[-1].title()}"] if outer else schema)["properties"].pop(name, None)
+        model = functools.reduce(lambda model, key: model.model_fields[key].annotation, outer, kind)
+        (definitions[f"{path[0]}.{model.__name__}"] if outer else schema)["properties"].pop(name, None)
     if path[0] in keys.OUTSIDE:
         name, meaning = stages.OUTSIDE[path[0]], keys.OUTSIDE[path[0]]
         either = {"description": keys.text_of(meaning), "type": "string"}

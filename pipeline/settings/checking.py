@@ -148,7 +148,7 @@ def _tables(document: dict[str, Any]) -> list[Complaint]:
     faults = []
     for name, value in document.items():
         if name not in valid:
-            faults.append(Complaint((name,), unknown(name, valid, "table")))
+            faults.append(Complaint((name,), unknown((name,), valid, "table")))
         elif not isinstance(value, dict):
             faults.append(Complaint((name,), f"is a table: write [{name}]"))
     return faults
@@ -204,7 +204,7 @@ def _said_in_vain(model: type[Model], table: dict[str, Any], stage: str) -> list
         if overlay.at(table, ".".join((*outer, name))) is not None:
             hidden = {*following(model), *((shared,) for shared in stages.SHARED_TABLES)}
             names = [known for known in names_at(model, tuple(outer)) if (*outer, known) not in hidden]
-            against.append(Complaint((stage, *outer, name), unknown(name, names)))
+            against.append(Complaint((stage, *outer, name), unknown((stage, *outer, name), names)))
     return against
 
 

@@ -37,6 +37,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 from pydantic import Field
 
+from matter.case.identity_fields import Follows
 from matter.case.material import TABLES
 from matter.case.quantity import PositiveDensity, PositiveTemperature
 from matter.compilation.jit import law
@@ -62,11 +63,12 @@ BINS = 2
 
 
 class Parameters(NamedTuple):
-    """rho0 [kg/m^3] at rest, ``file`` the table (from a case: relative to it), ``temperature`` at rest [K]."""
+    """rho0 [kg/m^3] at rest, ``file`` the table (from a case: relative to it), ``temperature`` at rest [K], that of
+    ``[thermal]``."""
 
     rho0: PositiveDensity
     file: Annotated[str, Field(min_length=1)]
-    temperature: PositiveTemperature = 298.0
+    temperature: Annotated[PositiveTemperature, Follows()] = 298.0
 
 
 EXAMPLE = Parameters(2650.0, str(TABLES / "quartz.txt.xz"), 298.0)

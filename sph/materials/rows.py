@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import Field
 
 from matter.case.at_rest import AtRest
-from matter.case.quantity import PositivePressure, Pressure
+from matter.case.quantity import PositivePressure, Pressure, SpecificEnergy
 from matter.compilation.law_family import Family
 from matter.errors import InputError
 from sph.damage import grady_kipp, growth
@@ -25,7 +25,7 @@ from sph.porosity import crush
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
 from sph.strength import dispatch as strength
-from sph.strength import drucker_prager, inertial_friction, von_mises
+from sph.strength import drucker_prager, inertial_friction
 
 
 class Elastic(NamedTuple):
@@ -39,6 +39,12 @@ class Tension(NamedTuple):
     """The largest tension that the intact material bears [Pa]."""
 
     cut: Annotated[Pressure, Field(ge=0)]
+
+
+class Melting(NamedTuple):
+    """The specific energy at which strength is gone [J/kg]."""
+
+    energy: Annotated[SpecificEnergy, Field(gt=0)]
 
 
 class Rows(NamedTuple):
@@ -199,7 +205,14 @@ def _bulk(name: str, choice: CommonChoice) -> tuple[int, Any, Sequence[float]]:
     """Number, values and row of a material's equation of state."""
     kind = _chosen(name, eos.FAMILY, "tillotson", choice)
     values = _values(name, eos.FAMILY, kind, choice)
+    if hasattr(values, "temperature"):  # of a table: at rest matter is as warm as [thermal] says
+        values = values._replace(temperature=_thermal(name, choice).temperature)
     return kind, values, eos.FAMILY.row(kind, values)
+
+
+def _thermal(name: str, choice: CommonChoice) -> temperature.Parameters:
+    given = has_section(name, "thermal", choice)
+    return parameters(temperature.Parameters, name, "thermal", choice) if given else temperature.Parameters()
 
 
 def _fill_bulk(
@@ -222,13 +235,11 @@ def _fill_strength(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     default = "von_mises" if has_section(name, "von_mises", choice) else "none"
     kind = rows.strength[i] = _chosen(name, strength.FAMILY, default, choice)
     rows.mixes_damage[i] = strength.FAMILY.having("MIXES_DAMAGE")[kind]
-    rows.melt[i] = math.inf
+    melts = has_section(name, "melting", choice)
+    rows.melt[i] = parameters(Melting, name, "melting", choice).energy if melts else math.inf
     if kind > 0:
-        values = _values(name, strength.FAMILY, kind, choice)
+        values = _values(name, strength.FAMILY, kind, choice)._replace(melt_energy=float(rows.melt[i]))
         _put(rows.strength_row[i], strength.FAMILY.row(kind, values))
-        rows.melt[i] = values.melt_energy
-    elif has_section(name, "von_mises", choice):  # a fluid that is called so melts no later than the solid
-        rows.melt[i] = parameters(von_mises.Parameters, name, "von_mises", choice).melt_energy
 
 
 def _fill_friction(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
@@ -243,7 +254,7 @@ def _fill_heat(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     """Temperature; where it decides about melting, strength and tension go by its fraction of the way there."""
     kind = int(rows.eos[i])
     if has_section(name, "thermal", choice):
-        values = parameters(temperature.Parameters, name, "thermal", choice)
+        values = _thermal(name, choice)
         lacking = values.heat_capacity == 0.0 and not temperature.knows(kind)
         _refuse(name, "thermal", "heat_capacity is missing" if lacking else temperature.fault(values))
         rows.thermal[i] = temperature.row(values, kind, rows.eos_row[i], rows.rho0[i], rows.tension[i])
@@ -272,7 +283,10 @@ def _fill_pores(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
     values = _values(name, porosity.FAMILY, kind, choice)
     bulk, onset = eos.modulus(rows.eos[i], rows.eos_row[i]), 0.0
     if porosity.FAMILY.having("CRUSHES")[kind]:
-        curve = rows.crush[i] = _chosen(name, crush.FAMILY, "quadratic", choice)
+        given = [n for n, title in zip(crush.FAMILY.names, crush.FAMILY.titles) if getattr(choice, title)]
+        curve = rows.crush[i] = (
+            crush.FAMILY.kind(given[0]) if given else _chosen(name, crush.FAMILY, "quadratic", choice)
+        )
         _put(rows.crush_row[i], crush.FAMILY.row(curve, _values(name, crush.FAMILY, curve, choice)))
         onset = crush.onset(curve, rows.crush_row[i])
     try:

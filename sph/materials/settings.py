@@ -24,6 +24,7 @@ from pydantic import Field, TypeAdapter, ValidationError, create_model
 
 from matter.case import material
 from matter.case.body import Model
+from matter.case.identity_fields import Follows
 from matter.case.quantity import Unit
 from matter.errors import InputError
 from sph.materials.families import FAMILIES
@@ -43,6 +44,8 @@ class CommonChoice(Model):
     inertial_friction: Values | None = None
     """Grains whose friction grows with the rate of strain: ``grain_diameter``, ``I0``, ``ratio``
     (``sph.strength.inertial_friction``)."""
+    melting: Values | None = None
+    """The ``energy`` at which strength is gone."""
     thermal: Values | None = None
     """Heat capacity, temperature at rest, melting temperature (``sph.materials.temperature``)."""
     weibull: Values | None = None
@@ -55,7 +58,8 @@ def _laws() -> dict[str, Any]:
     for family in FAMILIES:
         names: Any = Literal.__getitem__(family.names)
         about = f"{family.called.capitalize()}; by default the one in the material's file."
-        fields[family.key] = (names | None, Field(None, description=about))
+        if not family.by_values:
+            fields[family.key] = (names | None, Field(None, description=about))
         for title in family.titles:
             fields[title] = (
                 Values | None,
@@ -77,7 +81,7 @@ AS_PUBLISHED = Choice()
 
 def law_of(name: str, family: str, default: str, choice: CommonChoice = AS_PUBLISHED) -> str:
     """The law that a material takes in a family (``"strength"``): the case's, the file's, or the default."""
-    return getattr(choice, family) or material.choices(name).get(family, default)
+    return getattr(choice, family, None) or material.choices(name).get(family, default)
 
 
 def has_section(name: str, title: str, choice: CommonChoice = AS_PUBLISHED) -> bool:
@@ -92,6 +96,7 @@ def parameters(law: type, name: str, title: str, choice: CommonChoice = AS_PUBLI
     content = _of_file(name, title) if title in material.load(name) or not changes else {}
     values = {**content, **changes}
     faults = [f"{key}: the unit is missing" for key, value in values.items() if _lacks_unit(law, key, value)]
+    faults += [f"{key}: there is no such key any more: {_SAID_BY[key]} says it" for key in _following(law) & {*values}]
     try:
         values = _validator(law).validate_python(values)
     except ValidationError as reason:
@@ -99,6 +104,16 @@ def parameters(law: type, name: str, title: str, choice: CommonChoice = AS_PUBLI
     if faults:
         raise InputError(f"material {name!r}, [{title}]: {'; '.join(faults)}")
     return values
+
+
+_SAID_BY = {"melt_energy": "[melting] energy", "temperature": "[thermal] temperature"}
+
+
+@cache
+def _following(law: type) -> set[str]:
+    """The values of a law that other tables of the material say."""
+    hints = typing.get_type_hints(law, include_extras=True)
+    return {key for key, hint in hints.items() if Follows() in getattr(hint, "__metadata__", ())}
 
 
 @cache

@@ -4,7 +4,7 @@
 from matter.compilation.law_family import Family
 from sph.porosity import crush_quadratic, crush_two_power
 
-FAMILY = Family("crush", "crush curve", (crush_quadratic, crush_two_power), prefix="crush_")
+FAMILY = Family("crush", "crush curve", (crush_quadratic, crush_two_power), prefix="crush_", by_values=True)
 
 openness = FAMILY.choose("openness", "P", about="(alpha - 1) / (alpha_s - 1) on the crush curve at pressure P [Pa].")
 slope = FAMILY.choose("slope", "P", about="Its derivative with P [1/Pa].")

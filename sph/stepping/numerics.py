@@ -60,16 +60,15 @@ class Numerics(Model):
     """Numerical choices of the shock stage."""
 
     numerics: Literal["monaghan", "reconstructed"] = "reconstructed"
-    """A set of choices that were measured together; single keys go before it. ``monaghan``: viscosity = "monaghan",
+    """A set of choices that were measured together; single keys go before. ``monaghan``: viscosity = "monaghan",
     alpha = 2, beta = 10, courant = 0.3, kernel = "cubic_spline", support = 2, volumes = "present", smoothing =
     "fixed", shortest = 0.5, length_terms = false, gradients = "plain", conductivity = 0. ``reconstructed``: viscosity
     = "reconstructed", alpha = 3, beta = 10, courant = 0.45, kernel = "wendland", support = 2.6, volumes = "start",
     smoothing = "density", shortest = 0.7, length_terms = true, gradients = "normalised", conductivity = 8 (smooth flow
     hardly feels its viscosity; twice the neighbours)."""
-    viscosity: Literal["monaghan", "reconstructed"] = _of_set("viscosity")
+    viscosity: Annotated[Literal["monaghan", "reconstructed"], Follows()] = _of_set("viscosity")
     """Artificial viscosity of ``monaghan`` (``sph.viscosity``), or of ``reconstructed`` velocity jumps, which smooth
-    flow hardly feels (``sph.viscosity.reconstructed``); by default that of ``numerics``, as all keys up to
-    ``gradients``."""
+    flow hardly feels (``sph.viscosity.reconstructed``); that of ``numerics``."""
     alpha: Annotated[float, Field(ge=0, le=10)] = _of_set("alpha")
     """Linear coefficient of the artificial viscosity; by default that of ``numerics``."""
     beta: Annotated[float, Field(ge=0, le=50)] = _of_set("beta")
@@ -81,16 +80,16 @@ class Numerics(Model):
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
     """Gravity is evaluated again once a bound particle has moved this fraction of its support radius (0: at every
     step)."""
-    kernel: KernelName = _of_set("kernel")
-    """Kernel of the SPH sums; by default that of ``numerics``."""
-    support: Annotated[float, Field(ge=1.6, le=4.0)] = _of_set("support")
-    """Support radius of the kernel over the particle spacing; by default that of ``numerics``."""
-    volumes: Literal["present", "start"] = _of_set("volumes")
+    kernel: Annotated[KernelName, Follows()] = _of_set("kernel")
+    """Kernel of the SPH sums; that of ``numerics``."""
+    support: Annotated[float, Field(ge=1.6, le=4.0), Follows()] = _of_set("support")
+    """Support radius of the kernel over the particle spacing; that of ``numerics``."""
+    volumes: Annotated[Literal["present", "start"], Follows()] = _of_set("volumes")
     """Weights of the sums: the ``present`` volumes, or those of the ``start`` (right behind strong shocks;
-    ``sph.pairs.start_volumes``); by default those of ``numerics``."""
-    smoothing: Literal["fixed", "density"] = _of_set("smoothing")
+    ``sph.pairs.start_volumes``); those of ``numerics``."""
+    smoothing: Annotated[Literal["fixed", "density"], Follows()] = _of_set("smoothing")
     """Smoothing lengths: ``fixed`` at their first value, or following the ``density`` between ``shortest`` and
-    ``longest`` times it (``sph.pairs.smoothing``); by default those of ``numerics``."""
+    ``longest`` times it (``sph.pairs.smoothing``); those of ``numerics``."""
     shortest: Annotated[float, Field(gt=0.2, le=1), Follows()] = _of_set("shortest")
     """With ``smoothing = "density"``: least smoothing length over its first value; by default that of ``numerics``. A
     shock squeezes matter in one direction: where it does so by four (loose porous ice) particles keep too few

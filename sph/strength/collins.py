@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from matter.case.identity_fields import Follows
 from matter.case.quantity import PositivePressure, Pressure, SpecificEnergy
 from matter.compilation.jit import law
 from sph.strength import thermal_softening
@@ -30,14 +31,14 @@ SQRT3 = 1.7320508075688772
 
 class Parameters(NamedTuple):
     """Y_i0 (cohesion) [Pa], mu_i (internal_friction), Y_M (limiting_strength) [Pa] > cohesion, Y_d0 (cohesion_damaged)
-    [Pa], mu_d (friction_damaged), melt_energy [J/kg] (default: no softening)."""
+    [Pa], mu_d (friction_damaged), melt_energy [J/kg], that of the material (``[melting]``; none: no softening)."""
 
     cohesion: Annotated[Pressure, Field(ge=0.0)]
     internal_friction: Annotated[float, Field(ge=0.0)]
     limiting_strength: PositivePressure
     cohesion_damaged: Annotated[Pressure, Field(ge=0.0)] = 0.0
     friction_damaged: Annotated[float, Field(ge=0.0)] = 0.0
-    melt_energy: Annotated[SpecificEnergy, Field(gt=0.0)] = math.inf
+    melt_energy: Annotated[SpecificEnergy, Follows()] = math.inf
 
 
 EXAMPLE = Parameters(90e6, 2.0, 1.5e9, 1e5, 0.8, 3.4e6)

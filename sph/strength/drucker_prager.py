@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from matter.case.identity_fields import Follows
 from matter.case.quantity import Angle, Pressure, SpecificEnergy
 from matter.compilation.jit import law
 from sph.strength import thermal_softening
@@ -29,11 +30,12 @@ SQRT3 = 1.7320508075688772
 
 
 class Parameters(NamedTuple):
-    """friction_angle phi [rad], cohesion c [Pa], melt_energy [J/kg] (default: no softening)."""
+    """friction_angle phi [rad], cohesion c [Pa], melt_energy [J/kg], that of the material
+    (``[melting]``; none: no softening)."""
 
     friction_angle: Annotated[Angle, Field(ge=0.0, lt=0.5 * math.pi)]
     cohesion: Annotated[Pressure, Field(ge=0.0)]
-    melt_energy: Annotated[SpecificEnergy, Field(gt=0.0)] = math.inf
+    melt_energy: Annotated[SpecificEnergy, Follows()] = math.inf
 
 
 EXAMPLE = Parameters(math.radians(35.0), 1e6)

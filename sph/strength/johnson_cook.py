@@ -16,6 +16,7 @@ from typing import Annotated, NamedTuple
 
 from pydantic import Field
 
+from matter.case.identity_fields import Follows
 from matter.case.quantity import PositivePressure, Pressure, Rate, SpecificEnergy
 from matter.compilation.jit import law
 
@@ -36,7 +37,7 @@ class Parameters(NamedTuple):
     C: Annotated[float, Field(ge=0)]
     m: Annotated[float, Field(gt=0)]
     strain_rate: Annotated[Rate, Field(ge=1)] = 1.0
-    melt_energy: Annotated[SpecificEnergy, Field(gt=0)] = math.inf
+    melt_energy: Annotated[SpecificEnergy, Follows()] = math.inf
 
 
 EXAMPLE = Parameters(90e6, 292e6, 0.31, 0.025, 1.09, 1.0, 4e5)

@@ -8,8 +8,9 @@ as a whole, (1 - D) S (``sph.stepping.state``).
 """
 
 import math
-from typing import NamedTuple
+from typing import Annotated, NamedTuple
 
+from matter.case.identity_fields import Follows
 from matter.case.quantity import PositivePressure, SpecificEnergy
 from matter.compilation.jit import law
 from sph.strength import thermal_softening
@@ -20,11 +21,11 @@ MIXES_DAMAGE = False
 
 
 class Parameters(NamedTuple):
-    """Y0: yield stress of the cold material [Pa]; melt_energy: specific energy at which strength is gone [J/kg]
-    (default: never)."""
+    """Y0: yield stress of the cold material [Pa]; melt_energy: specific energy at which strength is gone [J/kg],
+    that of the material (``[melting]``; none: never)."""
 
     Y0: PositivePressure
-    melt_energy: SpecificEnergy = math.inf
+    melt_energy: Annotated[SpecificEnergy, Follows()] = math.inf
 
 
 EXAMPLE = Parameters(3.5e9, 3.4e6)

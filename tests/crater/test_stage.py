@@ -38,12 +38,9 @@ def settings(**more) -> stage.Settings:
         speed="18.234 km/s", angle_from_vertical="40 deg", projectile=projectile, expected_transient_diameter="700 km"
     )
     published = (
-        stage.Published(
-            quantity="depth_m", at="volume", value="150 km", plus="20 km", minus="20 km", source="made up"
-        ),
+        stage.Published(quantity="depth_m", value="150 km", plus="20 km", minus="20 km", source="made up"),
         stage.Published(
             quantity="diameter_apparent_m",
-            at="volume",
             value="980 km",
             plus="177 km",
             minus="273 km",
@@ -229,7 +226,7 @@ def test_the_page_says_stage_time_and_place(both):
         and "from the axis, where the grains' ground lies" in html.unescape(page)
     )
     at = [row["at"] for row in measures["reference"]]
-    assert at == ["first maximum of volume, 6.0 min, SPH"] * 2
+    assert at == ["first maximum of depth, 4.0 min, SPH"] * 2
 
 
 @pytest.mark.validation

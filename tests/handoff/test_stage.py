@@ -82,9 +82,9 @@ def test_the_command_prints_the_table_and_its_exit_code(finished, capsys):
 
 @pytest.fixture(scope="module")
 def again(run_folder, tmp_path_factory):
-    """The same handoff into another folder, without pictures."""
+    """The same handoff into another folder."""
     out = tmp_path_factory.mktemp("mapped")
-    run(run_folder, out, pictures=False)
+    run(run_folder, out)
     return out
 
 
@@ -92,7 +92,7 @@ def again(run_folder, tmp_path_factory):
 def both_ways(finished, tmp_path_factory):
     """The run's folder, and those of the ``mapped`` and the ``direct`` handoff."""
     run_folder, out = finished[0], tmp_path_factory.mktemp("direct")
-    unsound = run(run_folder, out, method="direct", pictures=False)
+    unsound = run(run_folder, out, method="direct")
     assert unsound is None or "beyond the limit" in unsound
     return run_folder, {"mapped": run_folder / "4_handoff", "direct": out}
 
@@ -111,7 +111,7 @@ def test_same_inputs_give_the_same_bits(finished, again):
 @pytest.mark.validation
 def test_the_time_can_be_given(finished, tmp_path):
     folder, _ = finished
-    run(folder, tmp_path, time=130.0, pictures=False)
+    run(folder, tmp_path, time=130.0)
     assert snapshot.read(tmp_path / "start.vtkhdf").attributes["time"] == 120.0
     with pytest.raises(InputError, match="no snapshot near"):
         stage.run(stage.Settings(time=4000.0), folder, tmp_path)

@@ -46,9 +46,9 @@ def test_what_is_not_marked_is_described_without_a_remark():
 
 
 def test_a_case_that_takes_one_is_told():
-    sets = ('dem.contact.mindlin_history="displacement"',)
+    sets = ('dem.contact.normal="hertz"', 'dem.contact.shell.elastic_modulus="1 GPa"')
     words = taken("valhalla_980km", "quick", sets)
-    assert [line.split(" is ")[0] for line in words] == ['[dem.contact] mindlin_history = "displacement"']
+    assert [line.split(" is ")[0] for line in words] == ['[dem.contact] normal = "hertz"']
     chosen = read.read(CASES / "valhalla_980km", "quick", sets)
     assert set(words) <= set(sense.judged(compose(chosen), {}, chosen.stages)[1])
 

@@ -48,7 +48,7 @@ def test_a_shipped_case_with_each_preset_and_as_used_is_valid(validator, file, t
         (("sph", "spacing_far"), "1000"),
         (("sph", "spacing_far"), "1,5 km"),
         (("sph", "courant"), 2.0),
-        (("sph", "kernel"), "cubic"),
+        (("sph", "viscosity_switch"), "balsara"),
         (("sph", "late"), {"att": "1 s"}),
         (("sph", "materials"), {"granit": {"strength": "collins"}}),
         (("sph", "materials"), {"granite": {"collins": {"cohesion": 3.0}}}),

@@ -112,9 +112,8 @@ def test_a_case_that_says_the_same_in_other_words_makes_nothing_anew(go, case_fo
         (("bed.radius=2 km", "sph.steps=7"), ("sph.steps=7", "bed.radius=2 km")),
         (("sph.steps=7",), ("sph.steps=9", "sph.steps=7")),
         ((), ("dem.ranks=4",)),
-        ((), ("handoff.pictures=false",)),
     ],
-    ids=["redundant", "order", "overruled", "ranks", "pictures"],
+    ids=["redundant", "order", "overruled", "ranks"],
 )
 def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
     first, _ = go(*one)
@@ -126,7 +125,6 @@ def test_options_that_decide_nothing_make_nothing_anew(go, one, other):
     "override",
     [
         "dem.ranks=4",
-        "handoff.pictures=false",
         "case.title=x",
         "crater.reference.0.note=x",
     ],

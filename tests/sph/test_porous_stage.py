@@ -123,7 +123,7 @@ def test_predamaged_target_is_broken_from_the_start(tmp_path):
     "materials,message",
     [
         ({"iron": Choice()}, "material 'iron' is not used in this run"),
-        ({"ice": Choice(porosity="p_alpha", crush="two_power")}, r"has no \[crush_two_power\]"),
+        ({"ice": Choice(porosity="p_alpha", crush_two_power={"Pe": "1 MPa"})}, "alpha_e is missing"),
         ({"ice": Choice(porosity="p_alpha", crush_quadratic={"Ps": "1 kPa"})}, "Ps must be above Pe"),
     ],
 )

@@ -186,7 +186,8 @@ def test_a_cones_tip_softens_with_heat():
     choice = {
         "strength": "drucker_prager",
         "damage": "none",
-        "drucker_prager": {"cohesion": "1 MPa", "friction_angle": "45 deg", "melt_energy": "3.4 MJ/kg"},
+        "drucker_prager": {"cohesion": "1 MPa", "friction_angle": "45 deg"},
+        "melting": {"energy": "3.4 MJ/kg"},
     }
     body = cloud(2, density=[1000.0] * 2, specific_energy=[0.0, 1.7e6])
     out, _ = evaluated(
@@ -238,7 +239,19 @@ def test_a_value_for_a_law_that_is_not_taken_is_refused():
         ({"porosity": "p_alpha", "crush_quadratic": {"Pe": "3 GPa"}}, "Ps must be above Pe"),
         ({"porosity": "p_alpha", "p_alpha": {"elastic_speed": "9 km/s"}}, "elastic_speed must not be above"),
         ({"porosity": "p_alpha", "p_alpha": {"alpha0": 0.9}}, "greater than or equal to 1"),
-        ({"porosity": "p_alpha", "crush": "two_power"}, r"has no \[crush_two_power\]"),
+        ({"porosity": "p_alpha", "crush_two_power": {"Pe": "1 MPa"}}, "alpha_e is missing"),
+        (
+            {"porosity": "p_alpha", "crush_quadratic": {"Pe": "1 MPa"}, "crush_two_power": {"Pe": "1 MPa"}},
+            r"\[crush_two_power\] is given, but crush is 'quadratic'",
+        ),
+        (
+            {"strength": "collins", "collins": {"melt_energy": "1 MJ/kg"}},
+            r"melt_energy: there is no such key any more: \[melting\] energy says it",
+        ),
+        (
+            {"eos": "table", "table": {"rho0": "2650 kg/m^3", "file": "x", "temperature": "200 K"}},
+            r"temperature: there is no such key any more: \[thermal\] temperature says it",
+        ),
         ({"eos": "murnaghan"}, r"has no \[murnaghan\]"),
     ],
 )

@@ -143,8 +143,10 @@ def test_sods_tube_with_a_table_of_the_gas(tmp_path, monkeypatch):
     file = tables.written(tmp_path / "gas.txt", law, nodes)
 
     def by_table(names, choices):
-        values = {"rho0": "1 kg/m^3", "file": file, "temperature": "0.01 K"}
-        return collect(names, {"basalt": Choice(eos="table", table=values, strength="none", damage="none")})
+        values, cold = {"rho0": "1 kg/m^3", "file": file}, {"temperature": "0.01 K"}
+        return collect(
+            names, {"basalt": Choice(eos="table", table=values, thermal=cold, strength="none", damage="none")}
+        )
 
     formula = shock_tube.sod(50)
     monkeypatch.setattr(shock_tube, "collect", by_table)
@@ -282,8 +284,10 @@ def test_matter_that_would_not_be_at_rest_is_refused_with_the_density_that_is(tm
 
 def test_a_table_beside_another_law_fills_its_own_row(solid, tmp_path):
     file = tables.written(tmp_path / "t.txt", tables.solid(), tables.SOLID_NODES)
-    values = {"rho0": f"{tables.solid_at_rest(300.0)!r} kg/m^3", "file": file, "temperature": "300 K"}
-    rows = collect(("basalt", "ice"), {"basalt": Choice(eos="table", table=values)}).rows
+    values = {"rho0": f"{tables.solid_at_rest(300.0)!r} kg/m^3", "file": file}
+    rows = collect(
+        ("basalt", "ice"), {"basalt": Choice(eos="table", table=values, thermal={"temperature": "300 K"})}
+    ).rows
     assert (rows.eos_row[0] == solid).all() and rows.rho0[0] == solid[0]
     assert not rows.eos_row[1, dispatch.FAMILY.width :].any()
     assert dispatch.temperature(rows.eos[1], rows.eos_row[1], 917.0, 1e5) == 0.0  # Tillotson knows none

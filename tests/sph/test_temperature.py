@@ -74,8 +74,10 @@ def test_a_gas_has_no_cold_curve_and_begins_at_zero():
 
 def test_a_table_gives_its_own_temperature_and_entropy(tmp_path):
     file = tables.written(tmp_path / "t.txt", tables.solid(), tables.SOLID_NODES)
-    values = {"rho0": f"{tables.solid_at_rest(300.0)!r} kg/m^3", "file": file, "temperature": "300 K"}
-    rows = collect(("basalt", "ice"), {"basalt": Choice(eos="table", table=values)}).rows
+    values = {"rho0": f"{tables.solid_at_rest(300.0)!r} kg/m^3", "file": file}
+    rows = collect(
+        ("basalt", "ice"), {"basalt": Choice(eos="table", table=values, thermal={"temperature": "300 K"})}
+    ).rows
     rho, u = np.array([3000.0, 3000.0]), np.array([1e6, 1e6])
     found = temperature.fields(np.array([0, 1], np.int32), rows, rho, u)
     row = table.row(table.Parameters(tables.solid_at_rest(300.0), file, 300.0))
@@ -114,7 +116,7 @@ def test_strength_falls_straight_to_nothing_at_the_melting_temperature(strength)
     P = evaluated(1.3 * 2700.0, u, **melts)[1]
     for T, share in ((300.0, 1.0), (900.0, 0.5), (1200.0, 0.25), (1600.0, 0.0)):
         heat = 900.0 * (T - 300.0)
-        whole = evaluated(1.3 * 2700.0, u + heat, strength=strength, **{strength: {"melt_energy": "1e30 J/kg"}})
+        whole = evaluated(1.3 * 2700.0, u + heat, strength=strength, melting={"energy": "1e30 J/kg"})
         left = evaluated(1.3 * 2700.0, u + heat, **melts)
         assert left[1] == whole[1] > 0.9 * P
         assert left[0] == pytest.approx(share * whole[0], rel=1e-6, abs=1e-6 * whole[0])
