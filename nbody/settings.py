@@ -24,9 +24,6 @@ class Settings(Model):
     """The moon that is hit."""
     population: str = "literal"
     """``literal`` (Winter 2017 as its tables demand), ``corrected``, ``isotropic``, or a CSV file of asymptotes."""
-    integrator: Annotated[Literal["fast", "tube", "rkck"], Follows()] = "fast"
-    """``fast`` (every particle, shared ephemeris), ``tube`` (weighted estimator), ``rkck`` (as published, 100 times
-    slower)."""
     encounters: int = Field(default=300, ge=1, le=10_000_000)
     """Number of simulated encounters (entries into the moon's Hill sphere)."""
     rule: str = "mean of retrograde impacts"
@@ -45,5 +42,5 @@ class Settings(Model):
     def request(self) -> census.Request:
         """What to count; raises ``InputError`` for an unknown population."""
         return census.Request(
-            self.body, conditions.population(self.population), self.integrator, self.encounters, self.seed
+            self.body, conditions.population(self.population), "fast", self.encounters, self.seed
         )

@@ -20,11 +20,9 @@ from nbody.population import conditions, encounters, rules
 from nbody.settings import Settings
 
 # us of one core per particle: Xeon at 2.x GHz, two cores shared, numba 0.68
-COST_S = {"fast": 75e-6, "tube": 75e-6, "rkck": 9e-3}
-# entries into the Hill sphere per particle (effective ones for tube), population literal; others are within a factor
-# of three
+COST_S = 75e-6
+# entries into the Hill sphere per particle, population literal; others are within a factor of three
 YIELD = {"io": 3e-4, "europa": 3e-4, "ganymede": 7e-4, "callisto": 1.5e-3}
-TUBE_YIELD = 0.04
 BYTES_PER_ENTRY = 6.0 * 230.0
 JACOBI_LIMIT = 1e-6
 
@@ -33,24 +31,16 @@ LATITUDE_WINDOW = math.radians(10.0)
 
 
 def idle_sources(settings: Settings) -> set[Path]:
-    """Files that this run does not take: its bibliography leaves out what only they cite."""
-    return (
-        {Path(rkck.__file__), Path(cash_karp.__file__), Path(moon_mode.__file__)}
-        if settings.integrator != "rkck"
-        else set()
-    )
+    """Files of the integrator as published, which only a census takes: the bibliography of a run leaves them out."""
+    return {Path(rkck.__file__), Path(cash_karp.__file__), Path(moon_mode.__file__)}
 
 
 def predict(settings: Settings) -> dict[str, float]:
     """Wall time [s] with warm kernels on 2 cores, memory and disk [bytes]."""
-    per_particle = TUBE_YIELD if settings.integrator == "tube" else YIELD[settings.body]
-    lots = math.ceil(settings.encounters / per_particle / conditions.CHUNK) + (
-        2 if settings.integrator != "rkck" else 0
-    )
-    particles = lots * conditions.CHUNK if settings.integrator != "rkck" else settings.encounters / per_particle
+    particles = (math.ceil(settings.encounters / YIELD[settings.body] / conditions.CHUNK) + 2) * conditions.CHUNK
     table = settings.encounters * BYTES_PER_ENTRY
     return {
-        "wall_s": 1.5 + 0.5 * particles * COST_S[settings.integrator],
+        "wall_s": 1.5 + 0.5 * particles * COST_S,
         "memory_bytes": 3e8 + 6.0 * table,
         "disk_bytes": 5e4 + table,
         "checkpoint_bytes": table,
@@ -81,7 +71,7 @@ def _attributes(settings: Settings, tally: census.Tally) -> dict:
         "moons": ", ".join(moon.name for moon in jovian(settings.body).moons),
         "target": settings.body,
         "population": settings.population,
-        "integrator": settings.integrator,
+        "integrator": settings.request.integrator,
         "seed": settings.seed,
         "particles": tally.particles,
     }
@@ -93,7 +83,7 @@ def _report(settings: Settings, tally: census.Tally, drift: dict, choice: rules.
         "target": settings.body,
         "population": settings.population,
         "population_notes": settings.request.population.notes,
-        "integrator": settings.integrator,
+        "integrator": settings.request.integrator,
         "particles": tally.particles,
         "steps_per_particle": tally.steps / max(tally.particles, 1),
         "flights": {name: int(n) for name, n in zip(names, tally.ends) if name},
@@ -133,7 +123,7 @@ def impact_toml(settings: Settings, choice: rules.Choice) -> str:
         f"pinned = {str(pinned).lower()}",
         f"population = {json.dumps(settings.population)}",
         f'target = "{settings.body}"',
-        f'integrator = "{settings.integrator}"',
+        f'integrator = "{settings.request.integrator}"',
         f"seed = {settings.seed}",
         *_found("speed", choice.speed, 1e-3, "km/s"),
         *_found("angle", choice.angle, math.degrees(1.0), "deg"),

@@ -138,6 +138,44 @@ def edge_of_contact(overlap, un, flag, dt):
 
 
 @law(forceinline=True)
+def _rolling(kinematics, spring, limit, kr, damping, step, scheme):
+    """Moment (3) [N m] and spring (3) [rad] of rolling after a step, the energy [J] that it dissipates and that it
+    holds. ``step``: turn about the normal, time the spring grows for, length; what stays of the spring, and its
+    stiffness over the present one."""
+    nx, ny, nz, _, _, ux, uy, uz, rx, ry, rz, _, _, curvature_difference = kinematics
+    turn, span, dt, kept, old = step
+    ax, ay, az = turned(spring[0], spring[1], spring[2], nx, ny, nz, turn)
+    before = 0.5 * kr * (ax * ax + ay * ay + az * az)
+    if scheme.rescale != 0:
+        before *= old
+        ax *= kept
+        ay *= kept
+        az *= kept
+    mx, my, mz, ax, ay, az = chosen.rolling_moment(
+        scheme.rolling, ax + rx * span, ay + ry * span, az + rz * span, rx, ry, rz, kr, damping, limit
+    )
+    after = 0.5 * kr * (ax * ax + ay * ay + az * az)
+    # sliding turns the spring of unequal grains too, but the moment works on their spins alone
+    slid = mx * (ny * uz - nz * uy) + my * (nz * ux - nx * uz) + mz * (nx * uy - ny * ux)
+    spent = (mx * rx + my * ry + mz * rz - curvature_difference * slid) * dt - (after - before)
+    return mx, my, mz, ax, ay, az, spent, after
+
+
+@law(forceinline=True)
+def _twisting(rate, phi, limit, kq, damping, step, scheme):
+    """Moment [N m] about the normal and spring [rad] of twisting after a step, the energy [J] that it dissipates and
+    that it holds; ``step`` as in ``_rolling``, without the turn."""
+    span, dt, kept, old = step
+    before = 0.5 * kq * phi * phi
+    if scheme.rescale != 0:
+        before *= old
+        phi *= kept
+    mt, phi = chosen.twisting_moment(scheme.twisting, phi + rate * span, rate, kq, damping, limit)
+    after = 0.5 * kq * phi * phi
+    return mt, phi, mt * rate * dt - (after - before), after
+
+
+@law(forceinline=True)
 def contact(kinematics, bodies, numbers, springs, dt, scheme):
     """One contact over one step of ``dt`` [s]: a ``Response`` from ``ContactKinematics``, ``Bodies``, ``Numbers`` and
     the ``Springs`` before it.
@@ -145,7 +183,7 @@ def contact(kinematics, bodies, numbers, springs, dt, scheme):
     ``scheme`` a ``dem.contact.contact_scheme.Scheme``: which laws. With ``rescale`` and friction the springs then
     refer to the present tangent stiffness.
     """
-    nx, ny, nz, overlap, un, ux, uy, uz, rx, ry, rz, twist_rate, spin, curvature_difference = kinematics
+    nx, ny, nz, overlap, un, ux, uy, uz, _, _, _, twist_rate, spin, _ = kinematics
     sx, sy, sz, ax, ay, az, phi, flag, reference_stiffness = springs
     normal, rescale = scheme.normal, scheme.rescale
     reduced, radius, over_speed = bodies.mass, bodies.radius, bodies.over_speed
@@ -190,50 +228,19 @@ def contact(kinematics, bodies, numbers, springs, dt, scheme):
         arm = numbers.shape * radius
         if arm > 0.0:
             if numbers.rolling > 0.0:
-                ax, ay, az = turned(ax, ay, az, nx, ny, nz, turn)
-                kr = k * arm * arm
-                before = 0.5 * kr * (ax * ax + ay * ay + az * az)
-                if rescale != 0:
-                    before *= old
-                    ax *= kept
-                    ay *= kept
-                    az *= kept
-                mx, my, mz, ax, ay, az = chosen.rolling_moment(
-                    scheme.rolling,
-                    ax + rx * span,
-                    ay + ry * span,
-                    az + rz * span,
-                    rx,
-                    ry,
-                    rz,
-                    kr,
-                    damping * arm * arm,
-                    numbers.rolling * arm * load,
-                )
-                after = 0.5 * kr * (ax * ax + ay * ay + az * az)
-                # sliding turns the spring of unequal grains too, but the moment works on their spins alone
-                slid = mx * (ny * uz - nz * uy) + my * (nz * ux - nx * uz) + mz * (nx * uy - ny * ux)
-                dissipated_energy += (mx * rx + my * ry + mz * rz - curvature_difference * slid) * dt - (
-                    after - before
-                )
-                elastic_energy += after
+                mx, my, mz, ax, ay, az, spent, stored = _rolling(
+                    kinematics, (ax, ay, az), numbers.rolling * arm * load, k * arm * arm, damping * arm * arm,
+                    (turn, span, dt, kept, old), scheme,
+                )  # fmt: skip
+                dissipated_energy += spent
+                elastic_energy += stored
             if numbers.twisting > 0.0:
-                kq = 2.0 * kt * arm * arm
-                before = 0.5 * kq * phi * phi
-                if rescale != 0:
-                    before *= old
-                    phi *= kept
-                mt, phi = chosen.twisting_moment(
-                    scheme.twisting,
-                    phi + twist_rate * span,
-                    twist_rate,
-                    kq,
-                    2.0 * ct * arm * arm,
-                    numbers.twisting * mu * arm * load,
-                )
-                after = 0.5 * kq * phi * phi
-                dissipated_energy += mt * twist_rate * dt - (after - before)
-                elastic_energy += after
+                mt, phi, spent, stored = _twisting(
+                    twist_rate, phi, numbers.twisting * mu * arm * load, 2.0 * kt * arm * arm, 2.0 * ct * arm * arm,
+                    (span, dt, kept, old), scheme,
+                )  # fmt: skip
+                dissipated_energy += spent
+                elastic_energy += stored
                 mx += mt * nx
                 my += mt * ny
                 mz += mt * nz

@@ -107,14 +107,9 @@ def test_gravity_by_a_tree_is_cited_where_the_body_attracts_itself(tmp_path):
 
 def test_the_integrator_of_the_encounters_is_cited(tmp_path):
     from nbody.integrators import cash_karp
-    from nbody.settings import Settings
-    from nbody.stage import idle_sources
 
-    cited_ = cited(tmp_path, "valhalla_980km", only=("nbody",))
-    assert "Hairer1993" in cited_ and "CashKarp1990" not in cited_
-    impact = compose(read.read(CASES / "valhalla_980km", "tiny"))["nbody"].impact
-    own = {name: idle_sources(Settings(impact=impact, integrator=name)) for name in ("rkck", "fast")}
-    assert "CashKarp1990" in cash_karp.SOURCES and not own["rkck"] and Path(cash_karp.__file__) in own["fast"]
+    found = cited(tmp_path, "valhalla_980km", only=("nbody",))
+    assert "Hairer1993" in found and "CashKarp1990" in cash_karp.SOURCES and "CashKarp1990" not in found
 
 
 def test_laws_that_a_run_does_not_take_are_not_cited(tmp_path):

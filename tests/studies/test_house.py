@@ -122,6 +122,10 @@ def test_keys_that_a_case_may_set_are_few():
     assert sum(len(keys.keys(table)) for table in keys.tables()) <= 230
 
 
+def test_few_functions_are_long():
+    assert len(house.long_functions(house.House.read(ROOT), house.VERY_LONG)) <= 6
+
+
 def test_no_line_is_above_119_characters():
     assert house.wide_lines(ROOT) == []
 
