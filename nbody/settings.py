@@ -41,6 +41,4 @@ class Settings(Model):
     @property
     def request(self) -> census.Request:
         """What to count; raises ``InputError`` for an unknown population."""
-        return census.Request(
-            self.body, conditions.population(self.population), "fast", self.encounters, self.seed
-        )
+        return census.Request(self.body, conditions.population(self.population), "fast", self.encounters, self.seed)
