@@ -10,11 +10,12 @@ import hypothesis
 TESTS = Path(__file__).parent
 LONGEST = (
     "pipeline/test_end_to_end.py", "dem/test_engines.py", "crater/test_stage.py", "matter/test_solids.py",
-    "sph/test_ground.py", "crater/test_bodies.py", "handoff/test_stage.py", "nbody/test_products.py",
-    "pipeline/test_stop.py", "handoff/test_whole_body.py", "sph/test_boundaries.py", "sph/test_state.py",
-    "sph/test_late.py", "pipeline/test_sweep.py",
+    "pipeline/test_notebooks.py", "sph/test_ground.py", "crater/test_bodies.py", "handoff/test_stage.py",
+    "nbody/test_products.py", "pipeline/test_stop.py", "handoff/test_whole_body.py", "sph/test_boundaries.py",
+    "sph/test_state.py", "sph/test_late.py", "pipeline/test_sweep.py",
 )  # fmt: skip
-"""Forty seconds and more, kernels to be compiled included, the longest first."""
+"""Forty seconds and more, kernels to be compiled included, the longest first; the notebooks (``.ci/run``) once the
+first file has compiled what they run."""
 
 # files of tests need not survive a loss of power; processes that are killed lose nothing by it
 os.fsync = lambda handle: None
