@@ -8,7 +8,7 @@ import numpy as np
 
 from crater.ground.cloud import Cloud
 from crater.ground.datum import Datum
-from matter.compilation.jit import kernel
+from matter.compilation.jit import inner_kernel, kernel
 
 
 class Rings(NamedTuple):
@@ -33,7 +33,7 @@ class Levels(NamedTuple):
     first: np.ndarray
 
 
-@kernel(fastmath=True)
+@inner_kernel(fastmath=True)
 def _columns_within(half, azimuth, count):
     """First and last of the ``count`` columns of a ring that lie within the angle ``half`` of an ``azimuth`` [rad];
     either may need to wrap."""
@@ -45,13 +45,13 @@ def _columns_within(half, azimuth, count):
     return k0, k1
 
 
-@kernel(fastmath=True)
+@inner_kernel(fastmath=True)
 def _half_angle(reach, rho):
     """Angle about the axis under which a particle at ``rho`` [m] from it and of this ``reach`` [m] is seen."""
     return np.pi if reach >= rho else np.arcsin(reach / rho) * 1.001
 
 
-@kernel(fastmath=True)
+@inner_kernel(fastmath=True)
 def _beside_and_above(point, r, rings, column):
     """Square of the distance of a point (``r`` from the centre) from a column [m^2], and its height along that column
     [m]."""

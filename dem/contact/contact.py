@@ -282,7 +282,7 @@ def reader(arguments: str, template: str, first: int = 0) -> Any:
 
 numbers_of = reader("table, a, b", "table[a, b, {}]")
 """``Numbers`` from a table of pairs, or of walls and species: an element of it is read where it stands, since a row
-cut out is counted atomically, twice."""
+cut out is counted atomically, twice. Indices are int64 everywhere, or each other kind would be compiled anew."""
 
 
 @law
@@ -318,7 +318,7 @@ def at_rest(overlap, radii, stiffness, rows, scheme):
     for c in range(len(overlap)):
         first, second = radii[c, 0], radii[c, 1]
         bodies = Bodies(stiffness[c], 0.0, first * second / (first + second), first, second, 0.0)
-        numbers = numbers_of(table, 0, c)
+        numbers = numbers_of(table, np.int64(0), c)
         k[c] = chosen.stiffness(scheme.normal, numbers.normal, max(overlap[c], 0.0), bodies)
         normal[c] = chosen.normal_force(scheme.normal, overlap[c], 0.0, k[c], 0.0)
         normal[c] -= chosen.pull(scheme.cohesion, numbers.cohesion, overlap[c], bodies)
@@ -333,5 +333,5 @@ def pulls(radius, rows, scheme):
     table = rows.reshape((1, len(radius), PAIR_COLUMNS))
     for c in range(len(radius)):
         bodies = Bodies(0.0, 0.0, radius[c], radius[c], radius[c], 0.0)
-        out[c] = chosen.pull(scheme.cohesion, numbers_of(table, 0, c).cohesion, 0.0, bodies)
+        out[c] = chosen.pull(scheme.cohesion, numbers_of(table, np.int64(0), c).cohesion, 0.0, bodies)
     return out

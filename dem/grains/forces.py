@@ -56,7 +56,7 @@ from matter.compilation.gather import (
     take_row_pairs,
     take_rows,
 )
-from matter.compilation.jit import kernel
+from matter.compilation.jit import inner_kernel, kernel
 
 # what a chunk reports of a step
 ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN = range(8)
@@ -89,7 +89,7 @@ def pair_loop(scheme: Scheme) -> Any:
     rescale, offset = scheme.rescale, scheme.offset
     columns = PAIR_COLUMNS if scheme.cohesion != 0 else NORMAL.stop  # that its contacts read
 
-    @kernel(fastmath=True, forceinline=True)
+    @inner_kernel(fastmath=True, forceinline=True)
     def apply_laws(count, s, dt):
         """The laws on ``count`` contacts in the columns of ``s``: positions, velocities, histories, tables in; forces,
         energies, histories out."""
@@ -143,7 +143,7 @@ def pair_loop(scheme: Scheme) -> Any:
             if rescale != 0:
                 s[_EIGHTH, k] = h.reference_stiffness
 
-    @kernel(fastmath=True)
+    @inner_kernel(fastmath=True)
     def part(i, j, e, X, V, kind, hist, table):
         """Clear the history of a pair that does not touch; the energy that its springs lose."""
         ri, rj = X[i, RADIUS], X[j, RADIUS]

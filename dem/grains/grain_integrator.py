@@ -175,7 +175,7 @@ def kick_loop(scheme: Scheme) -> Any:
                         if fresh and touch - d > 2.0 * abs(kinematics.un) * dt + 1e-3 * radius:
                             wall_history[i, w, OFFSET] = d - touch
                             continue
-                    numbers = numbers_of(wall_tables, w, kind[i])
+                    numbers = numbers_of(wall_tables, w, np.int64(kind[i]))
                     springs = Springs(
                         wall_history[i, w, SLIP], wall_history[i, w, SLIP + 1], wall_history[i, w, SLIP + 2],
                         wall_history[i, w, ROLL],

@@ -14,7 +14,7 @@ from dem.contact.columns import HISTORY, MASS, RADIUS, ROLL, SLIP, STIFFNESS, TO
 from dem.contact.contact import Bodies, Springs, contact, numbers_of
 from dem.contact.contact_scheme import Scheme
 from dem.contact.kinematics import Ball, grain_kinematics
-from matter.compilation.jit import kernel
+from matter.compilation.jit import inner_kernel, kernel
 
 SOURCES = ("Christoffersen1981",)
 
@@ -88,7 +88,7 @@ def neighbours(X, period, shift, skin, row, col):
     return count
 
 
-@kernel(fastmath=True)
+@inner_kernel(fastmath=True)
 def pairs(sample, touching, frame, drive, shift, slide, stress):
     """Forces of all pairs: ``F`` and the histories; sums f_a b_b of those in the slab into ``stress`` (xx yy zz xz);
     returns contacts and worst overlap.
@@ -99,7 +99,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
     row, col, hist, table = touching
     period, slab = frame.period, frame.slab
     scheme = Scheme(0, 0, 0, 0, 0, 0, 0, 0)  # the first law of each family, no cohesion
-    numbers = numbers_of(table, 0, 0)
+    numbers = numbers_of(table, np.int64(0), np.int64(0))
     n = X.shape[0]
     F[:] = 0.0
     sxx, syy, szz, sxz, count = 0.0, 0.0, 0.0, 0.0, 0

@@ -12,6 +12,7 @@ Decorators
             the same source compiles for CPU loops and for CUDA device functions.
 ``kernel``  a loop over particles on one thread.
 ``parallel_kernel``  the same with ``prange`` on threads.
+``inner_kernel``  a loop that other kernels call and Python does not.
 
 ``fastmath`` belongs in pair loops only: it assumes that no NaN exists, so checks for NaN live in kernels without it.
 """
@@ -52,6 +53,7 @@ import numba  # noqa: E402  (TBB has to be loaded first)
 from matter.compilation import kernel_cache, law_dispatcher  # noqa: E402  (and numba after it)
 
 kernel_cache.keep_copies_private()
+law_dispatcher.leave_out_wrappers_of_loop_bodies()
 
 # TBB balances uneven loops (chunks are stolen), the others split statically: measured 1.97 against 1.07 threads on an
 # uneven loop
@@ -182,8 +184,9 @@ def _decorator(**fixed):
 
 
 law = _decorator(compiler=_law)
-kernel = _decorator(nogil=True)
-parallel_kernel = _decorator(nogil=True, parallel=True)
+inner_kernel = law
+kernel = _decorator(nogil=True, no_cfunc_wrapper=True)
+parallel_kernel = _decorator(nogil=True, parallel=True, no_cfunc_wrapper=True)
 prange = numba.prange
 
 

@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.compilation.gather import LANES, WIDE, append_passed, reserve
-from matter.compilation.jit import kernel, parallel_kernel, prange
+from matter.compilation.jit import inner_kernel, kernel, parallel_kernel, prange
 
 
 class Grid(NamedTuple):
@@ -121,7 +121,7 @@ def sort(position: np.ndarray, h: np.ndarray, half_width: float = np.inf) -> tup
 _BLOCK = 16  # cells that a thread takes at a time
 
 
-@kernel
+@inner_kernel
 def _with_room(candidate, near, many, room):
     """``candidate`` (room,) and ``near`` (4, room) with their first ``many`` values, and room for what is inside."""
     more, wider = np.empty(room, dtype=np.int32), np.empty((4, room))
@@ -131,7 +131,7 @@ def _with_room(candidate, near, many, room):
     return more, wider, np.empty(room, dtype=np.int8)
 
 
-@kernel(fastmath=True)
+@inner_kernel(fastmath=True)
 def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count):
     """Rows of the particles of one ``block`` of the ``occupied`` cells; one fused loop.
 
@@ -170,7 +170,7 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
                 box[0], box[1], box[2], box[3] = x[first], x[first], y[first], y[first]
                 box[4], box[5] = z[first], z[first]
                 high = h[first]
-            many = 0
+            many = np.int64(0)  # no literal, of which what it is given to would be compiled once more
             for l in range(levels):
                 radius = 0.5 * reach * (high + largest[l])
                 inverse = 1.0 / width[l]

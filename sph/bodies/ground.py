@@ -67,7 +67,7 @@ def hydrostatic(target: Target, materials: Materials, slabs: int = 2000) -> Grou
         layers.append(np.full(count, l))
         depth += thickness
     uniform, layer = np.concatenate(edges), np.concatenate(layers)
-    material = np.array([materials.index(piece.material) for piece in target.layers])[layer]
+    material = np.array([materials.index(piece.material) for piece in target.layers], dtype=np.int32)[layer]
     rho, distention = materials.bulk_density[material], materials.rows.alpha0[material]
     dm = rho * np.diff(np.concatenate([[0.0], uniform]))
     mass = np.cumsum(dm)

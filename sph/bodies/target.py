@@ -71,7 +71,7 @@ def hydrostatic(target: Target, shells: int = 4000, materials: Materials | None 
     middle = 0.5 * (edges[1:] + edges[:-1])
     layer = np.searchsorted(outer, middle)
     materials = materials or collect(target.materials)
-    material = np.array([materials.index(piece.material) for piece in target.layers])[layer]
+    material = np.array([materials.index(piece.material) for piece in target.layers], dtype=np.int32)[layer]
     rho0, distention = materials.bulk_density[material], materials.rows.alpha0[material]
     dm = rho0 * 4.0 / 3.0 * math.pi * np.diff(edges**3)
     mass = np.cumsum(dm)

@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from matter.compilation.jit import kernel
+from matter.compilation.jit import inner_kernel, kernel
 from sph.boundary.edge import Edge
 from sph.boundary.wall import Wall
 
@@ -29,7 +29,7 @@ COLUMNS = (
 _KEPT = ("given", "rate")
 
 
-@kernel
+@inner_kernel
 def _book(total, weight, x, p):
     """Add the momentum ``weight p`` at the position ``x`` to ``total`` (7,)."""
     for c in range(3):

@@ -12,14 +12,14 @@ evaluation of y* (radial return R) and stays there:
 ``sph.stepping.integrator`` evaluates between the two halves.
 """
 
-from matter.compilation.jit import kernel, parallel_kernel, prange
+from matter.compilation.jit import inner_kernel, parallel_kernel, prange
 
 # particles that a thread takes at a time: numba drops what a parallel loop itself writes to arrays inside a tuple, not
 # what it calls
 _BLOCK = 1024
 
 
-@kernel
+@inner_kernel
 def _open_some(first, end, dt, cloud, rates, evaluated, freeze_energy):
     """``open_step`` for the particles ``first`` to ``end`` - 1."""
     x, v, rho, u, S = cloud.position, cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress
@@ -47,7 +47,7 @@ def _open_some(first, end, dt, cloud, rates, evaluated, freeze_energy):
             S[i, c] += dt * dS[i, c]
 
 
-@kernel
+@inner_kernel
 def _close_some(first, end, dt, cloud, rates, evaluated, floor, freeze_energy, velocity_factor):
     """``close_step`` for the particles ``first`` to ``end`` - 1."""
     v, rho, u, S, D = cloud.velocity, cloud.density, cloud.specific_energy, cloud.stress, cloud.root_damage

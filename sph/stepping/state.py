@@ -31,7 +31,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from matter.compilation.jit import kernel, law, parallel_kernel, prange
+from matter.compilation.jit import inner_kernel, law, parallel_kernel, prange
 from matter.errors import UnphysicalState
 from matter.files import checkpoint
 from sph.bodies.particle_cloud import Cloud
@@ -147,7 +147,7 @@ def _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows):
     return cap, growth.rate(kind, opened, total, crack, size, cloud.support_radius[i])
 
 
-@kernel
+@inner_kernel
 def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
     """One evaluation of the particles of a ``block``; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
@@ -245,7 +245,8 @@ def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate
     n = len(cloud.mass)
     # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
     for block in prange((n + _BLOCK - 1) // _BLOCK):
-        _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate)
+        # int64 as where its type is first inferred: the loop's own index is unsigned, and would compile it twice
+        _evaluate_some(np.int64(block), cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate)
 
 
 class Evaluated:

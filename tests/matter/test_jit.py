@@ -9,7 +9,9 @@ import sys
 from pathlib import Path
 
 import numba
+import numpy as np
 import pytest
+from numba.core.lowering import BaseLower
 
 from matter.compilation import jit
 from sph.kernels import wendland
@@ -149,6 +151,33 @@ def test_a_law_of_the_project_is_compiled_without_wrappers_until_python_calls_it
     assert twice(0.5) == 2.0 * law.py_func(0.5, 1.0)
     assert law.targetoptions["no_cpython_wrapper"]
     assert law(0.5, 1.0) == law.py_func(0.5, 1.0)  # without a wrapper this call would end the process
+
+
+def test_only_what_python_calls_has_a_wrapper_and_none_is_for_c(monkeypatch):
+    """Not the body of a parallel loop, which numba compiles as a function of its own."""
+    made = []
+
+    def record(name):
+        make = getattr(BaseLower, name)
+
+        def recorded(self, *arguments):
+            made.append((name, self.fndesc.qualname.rpartition(".")[2]))
+            make(self, *arguments)
+
+        monkeypatch.setattr(BaseLower, name, recorded)
+
+    record("create_cpython_wrapper")
+    record("create_cfunc_wrapper")
+
+    @jit.parallel_kernel
+    def doubled(x, out):
+        for i in jit.prange(len(x)):
+            out[i] = 2.0 * x[i]
+
+    out = np.empty(100)
+    doubled(np.arange(100.0), out)
+    assert (out == 2.0 * np.arange(100)).all()
+    assert made == [("create_cpython_wrapper", "doubled")]
 
 
 @pytest.fixture
