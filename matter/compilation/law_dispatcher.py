@@ -49,9 +49,10 @@ def law(function: FunctionType, compiled: Callable[[FunctionType], Any], **optio
 
 
 def leave_out_wrappers_of_loop_bodies() -> None:
-    """From here on numba compiles the bodies of ``prange`` loops without wrappers."""
-    make: Any = parfor_lowering._create_gufunc_for_parfor_body
-    if getattr(make, "leaves_out_wrappers", False):
+    """From here on numba compiles the bodies of ``prange`` loops without wrappers. A numba that has no such function
+    keeps them."""
+    make: Any = getattr(parfor_lowering, "_create_gufunc_for_parfor_body", None)
+    if make is None or getattr(make, "leaves_out_wrappers", False):
         return
 
     @functools.wraps(make)
