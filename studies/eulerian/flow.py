@@ -1,0 +1,58 @@
+"""A block of cells about the axis, and its course in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from sph.materials.rows import Materials
+from studies.eulerian import godunov, tracers
+
+COURANT = 0.45
+
+
+@dataclass
+class Flow:
+    """``conserved`` (nr, nz, 4: columns of ``godunov``) in square cells of size ``h`` [m], the lowest face at
+    ``bottom`` [m]; one material of ``materials``; markers at ``place`` (n, 2: r, z) [m] with their largest pressure
+    ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper).
+    """
+
+    conserved: np.ndarray
+    h: float
+    bottom: float
+    materials: Materials
+    place: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    ends: tuple[tuple[int, int], tuple[int, int]] = ((godunov.REFLECTING, godunov.OPEN), (godunov.OPEN, godunov.OPEN))
+    time: float = 0.0
+    steps: int = 0
+
+    def __post_init__(self) -> None:
+        nr, nz = self.conserved.shape[:2]
+        self.state = np.zeros((nr, nz, 6))
+        self.peak = np.zeros(len(self.place))
+        faces = np.arange(nr + 1.0) * self.h
+        self.lines = (faces, 0.5 * np.diff(faces**2)), (np.ones(nz + 1), np.full(nz, self.h))
+        self.fastest = self._states()
+
+    def _states(self) -> float:
+        rows = self.materials.rows
+        return godunov.states(self.conserved, self.state, rows.eos[0], rows.eos_row[0])
+
+    def totals(self) -> np.ndarray:
+        """Mass [kg], momentum along z [N s] and energy [J] of the whole block."""
+        volume = 2.0 * np.pi * self.lines[0][1] * self.h
+        columns = [godunov.MASS, godunov.ALONG_Z, godunov.ENERGY]
+        return np.einsum("i,ikc->c", volume, self.conserved[:, :, columns])
+
+    def run(self, end: float) -> None:
+        """Goes on until ``end`` [s]."""
+        while end - self.time > 1e-12 * end:
+            dt = min(COURANT * self.h / self.fastest, end - self.time)
+            for axis in (0, 1) if self.steps % 2 == 0 else (1, 0):
+                godunov.sweep(self.conserved, self.state, axis, *self.lines[axis], dt, self.ends[axis])
+                self.fastest = self._states()
+            tracers.carry(self.place, self.peak, self.state, self.bottom, self.h, dt)
+            self.time += dt
+            self.steps += 1
