@@ -3,8 +3,9 @@
     python studies/isobaric_core.py [--results docs/results/isobaric_core] [--core 20 40 80 160] [--decay 20 40]
 
 An aluminium ball of 500 m strikes aluminium straight down at 5 and 20 km/s, without strength and gravity, in cells
-about the axis (``eulerian/``). Peak pressures are those of markers, read as ``examples/peak_pressures.py`` reads those of
-particles: medians by mass in shells of 0.2 radii within 30 deg of the vertical. Numbers are cells to the ball's radius:
+about the axis (``eulerian/``). Peak pressures are those of markers, read as ``examples/peak_pressures.py`` reads
+those of particles: medians by mass in shells of 0.2 radii within 30 deg of the vertical. Numbers are cells to the
+ball's radius:
 ``--core`` until the shock is 0.5 radii deep, ``--decay`` until it is 4 deep. What stands in ``measured.json`` is not
 made again. Extrapolated to no cell size by m = m_0 + a h^p of the last three sizes.
 """

@@ -1,12 +1,13 @@
-"""Pressure at the edge of the contact of a ball and flat ground, while the shock is attached to it (Lesser 1981).
+"""Pressure at the edge of the contact of a ball and flat ground, while the shock is attached to it (Lesser 1981, Proc.
+R. Soc. Lond. A 377, 289).
 
-Seen from the edge, which runs outwards at U / tan(beta) over the ground (sin(beta) = x / a at distance x from the
-axis), ground and ball stream in at U / tan(beta) and U / sin(beta) with the angle beta between them. An oblique shock
-turns each; both turns make up beta, at one pressure:
+The edge runs outwards at U / tan(beta) over the ground, sin(beta) = x / a at distance x from the axis. Seen from it,
+ground and ball stream in at U / tan(beta) and U / sin(beta) with the angle beta between them. An oblique shock turns
+each; together they turn by beta, at one pressure:
 
     theta_1(P) + theta_2(P) = beta,   tan(theta) = up cos(s) / (q - up sin(s)),   sin(s) = us / q
 
-That pressure rises from the planar limit to where no turn is enough: there the shock leaves the edge, and a jet begins.
+That pressure rises from the planar limit to where no turn is enough: there the shock leaves the edge, and jets begin.
 """
 
 from __future__ import annotations
@@ -18,7 +19,6 @@ import numpy as np
 from sph.materials.rows import Materials
 from sph.shock_states import hugoniot
 
-SOURCES = ("Lesser1981",)
 STEP = np.radians(0.25)
 
 

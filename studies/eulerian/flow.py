@@ -10,13 +10,16 @@ from sph.materials.rows import Materials
 from studies.eulerian import godunov, tracers
 
 COURANT = 0.45
+EMPTY = 1e-3
+"""Share of the density at rest up to which a cell counts as empty: thinner spray costs steps and does nothing."""
 
 
 @dataclass
 class Flow:
     """``conserved`` (nr, nz, 4: columns of ``godunov``) in square cells of size ``h`` [m], the lowest face at
     ``bottom`` [m]; one material of ``materials``; markers at ``place`` (n, 2: r, z) [m] with their largest pressure
-    ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper).
+    ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper); ``empty``: share of
+    the density at rest up to which a cell counts as empty.
     """
 
     conserved: np.ndarray
@@ -25,6 +28,7 @@ class Flow:
     materials: Materials
     place: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     ends: tuple[tuple[int, int], tuple[int, int]] = ((godunov.REFLECTING, godunov.OPEN), (godunov.OPEN, godunov.OPEN))
+    empty: float = EMPTY
     time: float = 0.0
     steps: int = 0
 
@@ -38,7 +42,7 @@ class Flow:
 
     def _states(self) -> float:
         rows = self.materials.rows
-        return godunov.states(self.conserved, self.state, rows.eos[0], rows.eos_row[0])
+        return godunov.states(self.conserved, self.state, rows.eos[0], rows.eos_row[0], self.empty * rows.rho0[0])
 
     def totals(self) -> np.ndarray:
         """Mass [kg], momentum along z [N s] and energy [J] of the whole block."""

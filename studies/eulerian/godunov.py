@@ -7,7 +7,7 @@
 in cells about the axis of symmetry, by sweeps along r and z in turn (Strang 1968). A sweep reconstructs density,
 velocities, pressure and specific energy by limited slopes (van Leer 1974), moves them on by half a step (Hancock), and
 takes the flux between the two states at each face from the solver of Harten, Lax and van Leer with a contact (HLLC:
-Toro, Spruce & Speares 1994; Batten et al. 1997 for its speeds). Pressure and energy are both reconstructed, so faces
+Toro, Spruce & Speares 1994;). Pressure and energy are both reconstructed, so faces
 need no equation of state and a contact stays at one pressure. Empty cells are of density zero. Nothing here is shared
 with the particles of the shock stage but the scalar law of the material.
 """
@@ -21,25 +21,24 @@ import numpy as np
 from matter.compilation.jit import kernel, law
 from sph.eos import dispatch
 
-SOURCES = ("Strang1968", "vanLeer1974", "ToroSpruceSpeares1994", "Batten1997")
 MASS, ACROSS_R, ALONG_Z, ENERGY = range(4)
 """Columns of what is conserved, a cubic metre: mass, both momenta, energy."""
 RHO, VR, VZ, P, U, C = range(6)
 """Columns of the state: density, velocities, pressure, specific energy, sound speed."""
 REFLECTING, OPEN = 0, 1
-EMPTY = 1e-3
-"""Below this share of the density at rest a cell counts as empty: what it holds stays, and acts once more comes."""
 
 
 @kernel
-def states(conserved, state, kind, row):
-    """Fills ``state`` (nr, nz, 6) from what is conserved (nr, nz, 4); returns the fastest signal [m/s]."""
+def states(conserved, state, kind, row, empty):
+    """Fills ``state`` (nr, nz, 6) from what is conserved (nr, nz, 4); returns the fastest signal [m/s].
+
+    A cell of no more than the density ``empty`` [kg/m^3] counts as empty: what it holds stays, until more comes.
+    """
     fastest = 0.0
-    empty = EMPTY * row[0]
     for i in range(conserved.shape[0]):
         for k in range(conserved.shape[1]):
             rho = conserved[i, k, MASS]
-            if rho < empty:
+            if rho <= empty:
                 for column in range(6):
                     state[i, k, column] = 0.0
                 continue

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from matter.compilation.jit import kernel
-from studies.eulerian.godunov import VR, VZ, P, RHO
+from studies.eulerian.godunov import RHO, VR, VZ, P
 
 
 @kernel
