@@ -115,7 +115,7 @@ def main() -> int:
     found: dict[str, Any] = json.loads(book.read_text()) if book.is_file() else {}
     materials = collect((MATERIAL,))
     wanted = [(cells, kind, speed) for kind in KINDS for cells in getattr(given, kind) for speed in SPEEDS]
-    for cells, kind, speed in sorted(wanted):
+    for cells, kind, speed in sorted(wanted, key=lambda run: run[0]):
         rows = found.setdefault(f"{kind}, {speed}", {})
         if str(cells) not in rows:
             rows[str(cells)] = measured(materials, SPEEDS[speed], cells, kind)

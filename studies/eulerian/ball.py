@@ -86,7 +86,8 @@ def shells(markers: Markers, reach: float) -> np.ndarray:
 def exponent(table: np.ndarray, low: float = 1.5, high: float = 4.0) -> float:
     """n of P ~ r^-n through the shells between ``low`` and ``high`` radii."""
     far = (table[:, 0] > low) & (table[:, 0] < high)
-    return -float(np.polyfit(*np.log(table[far].T), 1)[0])
+    r, peak = np.log(table[far].T)
+    return -float(np.polyfit(r, peak, 1)[0])
 
 
 def overshoot(markers: Markers, limit: float, whole: float) -> float:
