@@ -54,7 +54,7 @@ def measured(materials: Materials, speed: float, cells: int, kind: str) -> dict[
     return found | ({"exponent": ball.exponent(table)} if kind == "decay" else {})
 
 
-def lines(found: dict[str, Any], materials: Materials) -> list[str]:
+def result_rows(found: dict[str, Any], materials: Materials) -> list[str]:
     """The table of all runs, and what they come to without cells."""
     rows = ["| speed | cells | core | above 1.05 of planar | largest | n | steps | wall s |", "|---" * 8 + "|"]
     for speed, v in SPEEDS.items():
@@ -121,7 +121,7 @@ def main() -> int:
             rows[str(cells)] = measured(materials, SPEEDS[speed], cells, kind)
             print(kind, speed, cells, {k: v for k, v in rows[str(cells)].items() if k != "shells"}, flush=True)
             book.write_text(json.dumps(found) + "\n")
-    print("\n".join(lines(found, materials)))
+    print("\n".join(result_rows(found, materials)))
     picture(found, given.results / "peaks.png")
     return 0
 

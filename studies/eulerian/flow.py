@@ -17,7 +17,7 @@ EMPTY = 1e-3
 @dataclass
 class Flow:
     """``conserved`` (nr, nz, 4: columns of ``godunov``) in square cells of size ``h`` [m], the lowest face at
-    ``bottom`` [m]; one material of ``materials``; markers at ``place`` (n, 2: r, z) [m] with their largest pressure
+    ``bottom`` [m]; one material of ``materials``; markers at ``position`` (n, 2: r, z) [m] with their largest pressure
     ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper); ``empty``: share of
     the density at rest up to which a cell counts as empty.
     """
@@ -26,7 +26,7 @@ class Flow:
     h: float
     bottom: float
     materials: Materials
-    place: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
+    position: np.ndarray = field(default_factory=lambda: np.empty((0, 2)))
     ends: tuple[tuple[int, int], tuple[int, int]] = ((godunov.REFLECTING, godunov.OPEN), (godunov.OPEN, godunov.OPEN))
     empty: float = EMPTY
     time: float = 0.0
@@ -35,7 +35,7 @@ class Flow:
     def __post_init__(self) -> None:
         nr, nz = self.conserved.shape[:2]
         self.state = np.zeros((nr, nz, 6))
-        self.peak = np.zeros(len(self.place))
+        self.peak = np.zeros(len(self.position))
         faces = np.arange(nr + 1.0) * self.h
         self.lines = (faces, 0.5 * np.diff(faces**2)), (np.ones(nz + 1), np.full(nz, self.h))
         self.fastest = self._states()
@@ -57,6 +57,6 @@ class Flow:
             for axis in (0, 1) if self.steps % 2 == 0 else (1, 0):
                 godunov.sweep(self.conserved, self.state, axis, *self.lines[axis], dt, self.ends[axis])
                 self.fastest = self._states()
-            tracers.carry(self.place, self.peak, self.state, self.bottom, self.h, dt)
+            tracers.carry(self.position, self.peak, self.state, self.bottom, self.h, dt)
             self.time += dt
             self.steps += 1

@@ -163,8 +163,8 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
             )
         for i in range(n):
             cell = conserved[i, j] if axis == 0 else conserved[j, i]
-            share, left, right = dt / volume[i], area[i], area[i + 1]
-            cell[MASS] -= share * (right * through[i + 1, 0] - left * through[i, 0])
-            cell[normal] -= share * (right * through[i + 1, 1] - left * through[i, 1] - (right - left) * middle[i + 2])
-            cell[other] -= share * (right * through[i + 1, 2] - left * through[i, 2])
-            cell[ENERGY] -= share * (right * through[i + 1, 3] - left * through[i, 3])
+            scale, left, right = dt / volume[i], area[i], area[i + 1]
+            cell[MASS] -= scale * (right * through[i + 1, 0] - left * through[i, 0])
+            cell[normal] -= scale * (right * through[i + 1, 1] - left * through[i, 1] - (right - left) * middle[i + 2])
+            cell[other] -= scale * (right * through[i + 1, 2] - left * through[i, 2])
+            cell[ENERGY] -= scale * (right * through[i + 1, 3] - left * through[i, 3])

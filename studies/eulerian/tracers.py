@@ -7,15 +7,15 @@ from studies.eulerian.godunov import RHO, VR, VZ, P
 
 
 @kernel
-def carry(place, peak, state, bottom, h, dt):
-    """Moves the markers at ``place`` (n, 2: r, z) [m] by ``dt`` [s] and raises their ``peak`` (n,) [Pa].
+def carry(position, peak, state, bottom, h, dt):
+    """Moves the markers at ``position`` (n, 2: r, z) [m] by ``dt`` [s] and raises their ``peak`` (n,) [Pa].
 
     Pressure and velocity are linear between the middles of cells, the velocity weighted by density so that empty cells
     have no say. ``bottom``: z of the lowest face [m]; ``h``: size of a cell [m]. Markers outside stay as they are.
     """
     nr, nz = state.shape[0], state.shape[1]
     for marker in range(len(peak)):
-        x, y = place[marker, 0] / h - 0.5, (place[marker, 1] - bottom) / h - 0.5
+        x, y = position[marker, 0] / h - 0.5, (position[marker, 1] - bottom) / h - 0.5
         if x >= nr - 1 or y < 0.0 or y >= nz - 1:
             continue
         x = max(x, 0.0)
@@ -31,5 +31,5 @@ def carry(place, peak, state, bottom, h, dt):
                 pressure += weight * cell[P]
         peak[marker] = max(peak[marker], pressure)
         if mass > 0.0:
-            place[marker, 0] = max(place[marker, 0] + dt * across / mass, 0.0)
-            place[marker, 1] += dt * along / mass
+            position[marker, 0] = max(position[marker, 0] + dt * across / mass, 0.0)
+            position[marker, 1] += dt * along / mass

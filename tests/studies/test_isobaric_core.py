@@ -29,16 +29,16 @@ def test_plates_meet_at_the_exact_pressure(aluminium, speed):
     conserved[:, :, godunov.MASS] = rho0
     conserved[:, n:, godunov.ALONG_Z] = -rho0 * speed
     conserved[:, n:, godunov.ENERGY] = 0.5 * rho0 * speed**2
-    place = np.column_stack([np.full(40, 1.0), np.linspace(-52.0, -6.0, 40)])
-    flow = Flow(conserved, 1.0, -float(n), aluminium, place, (WALLS, THROUGH))
-    front = flow.place[:, 1].copy()
+    position = np.column_stack([np.full(40, 1.0), np.linspace(-52.0, -6.0, 40)])
+    flow = Flow(conserved, 1.0, -float(n), aluminium, position, (WALLS, THROUGH))
+    front = flow.position[:, 1].copy()
     flow.run(60.0 * rho0 * exact.speed / exact.pressure)  # 60 cells of the target are shocked
     down = flow.state[0, n - 52 : n - 36]
     assert down[:, godunov.P].mean() == pytest.approx(exact.pressure, rel=1e-3)
     assert -down[:, godunov.VZ].mean() == pytest.approx(exact.speed, rel=1e-3)
     head = n - np.flatnonzero(flow.state[0, :, godunov.P] > 0.5 * exact.pressure)[0]
     assert head == pytest.approx(60.0, abs=1.0)
-    assert np.median(flow.peak) == pytest.approx(exact.pressure, rel=5e-3) and np.all(flow.place[:, 1] < front)
+    assert np.median(flow.peak) == pytest.approx(exact.pressure, rel=5e-3) and np.all(flow.position[:, 1] < front)
 
 
 def test_a_blast_runs_as_sedov_says():
