@@ -22,6 +22,7 @@ from matter.errors import InputError
 from matter.wording.crater_measures import COMPARED
 from pipeline.case import experimental, plain, stages
 from pipeline.case.case_table import CaseTable
+from pipeline.case.inverse_table import InverseTable
 from pipeline.case.sweep_keys import SweepTable
 
 SHARED: dict[str, type[Model]] = {"target": Target, "impact": Impact}
@@ -69,7 +70,7 @@ class Table(NamedTuple):
 def tables(first: str | None = None) -> Iterator[Table]:
     """Every table of a case file in the order of a case, or those that begin with ``first``; only these stages are
     imported."""
-    for name, kind in {"case": CaseTable, **SHARED, "sweep": SweepTable}.items():
+    for name, kind in {"case": CaseTable, **SHARED, "sweep": SweepTable, "inverse": InverseTable}.items():
         if first in (None, name):
             yield from _within((name,), kind)
     for stage in stages.ORDER:
@@ -317,7 +318,7 @@ def find(name: str) -> tuple[list[Table], list[Key]]:
     Raises ``InputError`` with the nearest name when there is neither.
     """
     path = wildcard(tuple(part for part in name.strip("[]").split(".") if part))
-    top = ("case", *SHARED, "sweep", *stages.ORDER)
+    top = ("case", *SHARED, "sweep", "inverse", *stages.ORDER)
     all_tables = list(tables(path[0] if path and path[0] in top else None))
     inside = [table for table in all_tables if table.path[: len(path)] == path]
     if inside:

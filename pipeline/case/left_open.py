@@ -49,7 +49,7 @@ def completed(document: dict[str, Any], name: str) -> tuple[dict[str, Any], dict
     if against:
         return document, None, against
     try:
-        crater = _expected(document)
+        crater = expected(document)
     except InputError as reason:
         return document, None, [Complaint(("sph", "materials"), str(reason))]
     except (ValidationError, TypeError, AttributeError, KeyError):
@@ -88,7 +88,7 @@ def _open_bottom(target: dict[str, Any]) -> bool:
     )
 
 
-def _expected(document: dict[str, Any]) -> Any:
+def expected(document: dict[str, Any]) -> Any:
     """The expected crater, or None where nothing is left open that depends on it. Raises ``ValueError`` where none can
     be expected."""
     target, impact, sph = document["target"], document["impact"], _table(document, "sph")

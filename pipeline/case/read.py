@@ -29,7 +29,8 @@ DEFAULT_PRESET = "thesis"
 class Case:
     """A case after its overlays; ``document`` is the composed TOML without the presets, with what it leaves open
     (``pipeline.case.left_open``), and ``before`` the same without what depends on the impact (None where nothing of it
-    does). ``run``: the run folder that goes on with it, where there is one; ``sweep``: its table ``[sweep]``."""
+    does). ``run``: the run folder that goes on with it, where there is one; ``sweep`` and ``inverse``: its tables of
+    these names."""
 
     file: Path
     name: str
@@ -44,6 +45,7 @@ class Case:
     before: dict[str, Any] | None = field(default=None, repr=False)
     size: str | None = None
     sweep: dict[str, Any] = field(default_factory=dict, repr=False)
+    inverse: Any = field(default_factory=dict, repr=False)
 
     @property
     def title(self) -> str:
@@ -59,7 +61,8 @@ class Case:
 
     @property
     def holds_a_sweep_alone(self) -> bool:
-        """Whether its file holds nothing but ``[sweep]``: not a case itself, but what is varied of others."""
+        """Whether its file holds nothing but ``[sweep]``, and perhaps ``[inverse]``: not a case itself, but what is
+        varied of others."""
         return not self.document and bool(self.sweep)
 
     @property
@@ -115,10 +118,10 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         content = toml_input.loads(text)
     except ValueError as reason:  # no TOML, or not even text
         raise InputError(f"{file} is not valid TOML: {reason}") from None
+    inverse, overrides = _inverse(content.pop("inverse", {}), overrides)
     if set(content) == {"sweep"} and isinstance(content["sweep"], dict):
         name = file.resolve().parent.name if file.name == "case.toml" else file.stem
-        given = tuple(overrides)
-        return Case(file, name, preset, given, {}, {}, {}, {}, size=size, sweep=content["sweep"])
+        return Case(file, name, preset, overrides, {}, {}, {}, {}, size=size, sweep=content["sweep"], inverse=inverse)
     presets = content.pop("preset", {})
     if not isinstance(presets, dict) or not all(isinstance(table, dict) for table in presets.values()):
         raise InputError(f"{file}: presets are tables, [preset.quick.sph] for example")
@@ -150,7 +153,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         file,
         name,
         preset,
-        tuple(overrides),
+        overrides,
         document,
         {},
         toml_lines.key_lines(text),
@@ -158,8 +161,20 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         tuple(complaints),
         size=size,
         sweep=swept,
+        inverse=inverse,
     )
     return _completed(_outside_taken(_tables_placed(case)))
+
+
+def _inverse(table: Any, overrides: Iterable[str]) -> tuple[Any, tuple[str, ...]]:
+    """``[inverse]`` with the options that are of it laid over it, and the other options: it is no setting of a run."""
+    rest, content = [], {"inverse": table}
+    for assignment in overrides:
+        if assignment.startswith("inverse.") and isinstance(table, dict):
+            content = overlay.assigned(content, *overlay.parsed(assignment))
+        else:
+            rest.append(assignment)
+    return content["inverse"], tuple(rest)
 
 
 def _completed(case: Case) -> Case:

@@ -144,7 +144,7 @@ def _forgotten(case: Case) -> list[Complaint]:
 
 
 def _tables(document: dict[str, Any]) -> list[Complaint]:
-    valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "sweep", "preset"]
+    valid = ["case", *stages.SHARED_TABLES, *stages.ORDER, "sweep", "inverse", "preset"]
     faults = []
     for name, value in document.items():
         if name not in valid:

@@ -1,0 +1,181 @@
+"""An inversion: priors of ``[sweep]``, what was observed by ``[inverse]``, emulators of the measures, posterior."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from crater.comparison import observations
+from matter.case import quantity
+from matter.errors import InputError
+from matter.wording import body_measures, crater_measures
+from pipeline.case.complaints import complaints, dotted
+from pipeline.case.inverse_table import InverseTable
+from pipeline.case.prior_table import Prior
+from pipeline.case.read import Case
+from pipeline.case.stages import nearest
+from pipeline.inverse import design as designs
+from pipeline.inverse import emulator
+from pipeline.inverse import posterior as posteriors
+from pipeline.inverse.design import FINAL, Design
+from pipeline.inverse.emulator import Emulator
+from pipeline.inverse.posterior import Observed, Posterior, Told
+from pipeline.sweeps import sweep as sweeps
+
+_MEASURES = {one.name: one for one in (*body_measures.TABLE, *crater_measures.TABLE)}
+
+
+@dataclass(frozen=True)
+class Inversion:
+    """What was observed held against what the members came to; ``folder``: where its files are written."""
+
+    case: Case
+    table: InverseTable
+    priors: Mapping[str, Prior]
+    design: Design
+    observed: Sequence[Observed]
+    noise: Mapping[str, float]
+    folder: Path
+    seed: int
+    _made: dict[str, Emulator] = field(default_factory=dict, repr=False)
+
+    def emulator(self, measure: str) -> Emulator:
+        """The emulator of ln of a measure, of the members that have it."""
+        if measure not in self._made:
+            value, sigma = self.design.columns[measure]
+            there = self.design.members_with(measure)
+            noise = (sigma[there] / value[there]) ** 2 + self.noise.get(measure, 0.0) ** 2
+            x = self._coordinates(self.design.theta[there])
+            self._made[measure] = Emulator(x, np.log(value[there]), noise, self.seed)
+        return self._made[measure]
+
+    def _coordinates(self, theta: np.ndarray) -> np.ndarray:
+        columns = [posteriors.coordinate(prior, theta[:, k]) for k, prior in enumerate(self.priors.values())]
+        return np.stack(columns, axis=1)
+
+    def predict(self, theta: np.ndarray, measures: Sequence[str] | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Mean and standard deviation (n, m) of ln of the ``measures`` (by default those observed) at the parameters
+        ``theta`` (n, d) [SI]."""
+        x = self._coordinates(theta)
+        names = [one.name for one in self.observed] if measures is None else measures
+        mean, sd = zip(*(self.emulator(name).predict(x) for name in names))
+        return np.stack(mean, axis=1), np.stack(sd, axis=1)
+
+    @cached_property
+    def posterior(self) -> Posterior:
+        """The posterior of what was drawn."""
+        return posteriors.sampled(self.priors, self.predict, self.observed, self.seed)
+
+    @cached_property
+    def told(self) -> dict[str, Told]:
+        """What the data say of each parameter."""
+        return posteriors.told(self.priors, self.posterior)
+
+    def predicted(self, measure: str, count: int = 4000) -> np.ndarray:
+        """Draws (count,) [SI] of a measure by the posterior, the scatter of emulator and chain in them, the
+        discrepancy not. Raises ``InputError`` where no member has it."""
+        name = measure.removeprefix(FINAL)
+        if name not in self.design.columns or self.design.members_with(name).sum() < designs.LEAST_EACH:
+            known = list(self.design.columns)
+            raise InputError(f"no members with a {measure!r} to predict it by{nearest(name, known)}")
+        mean, sd = self.predict(self.posterior.drawn(count, self.seed), [name])
+        chain = next((one.chain for one in self.observed if one.name == name), 0.0)
+        scatter = np.random.default_rng(self.seed).standard_normal(count)
+        return np.asarray(np.exp(mean[:, 0] + np.hypot(sd[:, 0], chain) * scatter))
+
+
+def of_case(case: Case, out: Path) -> Inversion:
+    """The inversion that a case asks for, or a file with ``[sweep]`` and ``[inverse]``. Raises ``InputError``."""
+    if not case.inverse:
+        raise InputError(f"--invert goes with [inverse], and {case.file} has none (run_case --describe inverse)")
+    table = read_table(case.inverse)
+    kind = case.sweep.get("kind", "grid" if case.sweep else "")
+    if kind != "prior":
+        found = f'kind = "{kind}"' if kind else "no [sweep]"
+        raise InputError(f'--invert takes its priors from [sweep] kind = "prior", and {case.file} has {found}')
+    emulator.require()
+    content = sweeps.read_table(case.sweep, ())
+    if unordered := [name for name, prior in content.prior.items() if prior.distribution == "choices"]:
+        raise InputError(f'[sweep.prior] {unordered[0]}: "choices" have no order, and --invert needs one: fix it')
+    observed = [_observed(name, entry, case.file.parent) for name, entry in table.observed.items()]
+    sweep = sweeps.planned_sweep(case, content, out)
+    made = designs.of_sweep(sweep, content.prior, table)
+    designs.check(made, table, out)
+    full, noise = [], {}
+    for name, unit, value, sigma in observed:
+        chain, noise[name] = designs.chain(sweep, table.model, name)
+        scale = table.scale(next(key for key in table.observed if key.removeprefix(FINAL) == name))
+        full.append(Observed(name, unit, value, sigma, chain, scale))
+    told = json.dumps([table.model_dump(mode="json"), case.sweep, case.preset, case.size, case.overrides], default=str)
+    folder = out / f"{case.name}-inverse-{hashlib.sha256(told.encode()).hexdigest()[:8]}"
+    return Inversion(case, table, content.prior, made, full, noise, folder, content.seed)
+
+
+def read_table(content: Any) -> InverseTable:
+    """``[inverse]`` as it was written. Raises ``InputError`` with every mistake."""
+    try:
+        return InverseTable.model_validate(content)
+    except ValidationError as error:
+        rows = [f"  {dotted(('inverse', *path))}: {words}" for path, words in complaints(InverseTable, error)]
+        raise InputError(
+            f"[inverse] cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(rows)
+        ) from None
+
+
+def unit_of(measure: str) -> str:
+    """The SI unit of a measure; empty for one that is not known."""
+    found = _MEASURES.get(measure.rpartition("/")[2])
+    return found.unit if found else ""
+
+
+def words_of(measure: str) -> str:
+    """A measure in words."""
+    crater, _, name = measure.rpartition("/")
+    words = _MEASURES[name].words if name in _MEASURES else name
+    return f"{crater.replace('_', ' ')} {words}".strip()
+
+
+def _observed(key: str, entry: Any, folder: Path) -> tuple[str, str, float, float]:
+    """Name, unit, value and standard error [SI] of what was observed."""
+    name = key.removeprefix(FINAL)
+    if name.rpartition("/")[2] not in _MEASURES:
+        raise InputError(f"[inverse] observed: no measure {name!r}{nearest(name, list(_MEASURES))}")
+    unit = unit_of(name)
+    if isinstance(entry, str):
+        value, sigma = _of_crater(name.rpartition("/")[2], entry, folder)
+    else:
+        value, sigma = (_amount(key, one, unit) for one in entry)
+    if not sigma > 0.0:
+        raise InputError(f"[inverse] observed {key}: its standard error must be greater than 0 (given: {sigma:g})")
+    if not value > 0.0:
+        raise InputError(f"[inverse] observed {key}: logarithms are compared, so it must be greater than 0")
+    return name, unit, value, sigma
+
+
+def _of_crater(measure: str, crater: str, folder: Path) -> tuple[float, float]:
+    """Value and error of a measure of a crater of the catalogue, or of a file of the same form."""
+    own = folder / crater
+    found = observations.read(own) if crater.endswith(".toml") and own.is_file() else observations.load(crater)
+    if measure not in found.values:
+        raise InputError(f"[inverse] observed: {crater} has no {measure} (it has {', '.join(found.values)})")
+    value, minus, plus = found.values[measure]
+    return value, 0.5 * (minus + plus)
+
+
+def _amount(key: str, given: Any, unit: str) -> float:
+    plain = unit in ("1", "")
+    if plain != (not isinstance(given, str)):
+        need = "a number without a unit" if plain else f"a text with a unit, in {unit}"
+        raise InputError(f"[inverse] observed {key}: {given!r} must be {need}")
+    try:
+        return quantity.parse(given, unit) if isinstance(given, str) else float(given)
+    except ValueError as reason:
+        raise InputError(f"[inverse] observed {key}: {reason}") from None

@@ -1,0 +1,185 @@
+"""The posterior of what was drawn, from its priors and what was observed.
+
+    ln y_obs ~ N(m(theta), s_obs^2 + s_emulator(theta)^2 + s_chain^2 + tau^2),      tau ~ half-normal(scale)
+
+for each measure: y_obs its observed value, m and s_emulator the model's mean and standard deviation of ln y, s_chain
+the scatter of the chain of stages, tau the discrepancy between any run and nature (Kennedy & O'Hagan 2001, J. R.
+Stat. Soc. B 63, 425), whose prior is integrated over. Without it a posterior is too narrow by construction.
+
+Up to ``MOST`` parameters are sampled by importance: points of a Sobol sequence through the priors, each weighted by
+its likelihood, until there are ``ENOUGH`` effective ones. More parameters, or data that leave too few points, are
+sampled by emcee (Foreman-Mackey et al. 2013, Publ. Astron. Soc. Pac. 125, 306) in normal scores of the priors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.special import logsumexp, ndtr, ndtri
+
+from pipeline.case.prior_table import Prior
+from pipeline.sweeps import draws
+
+Predict = Callable[[np.ndarray], tuple[np.ndarray, np.ndarray]]
+"""Mean and standard deviation (n, m) of ln y of m measures at the parameters (n, d) [SI]."""
+MOST, FIRST, LAST, ENOUGH = 4, 1 << 13, 1 << 18, 2000
+IDENTIFIED = 0.9
+"""Width of posterior over prior above which a parameter is not identified."""
+_NODES = ndtri(0.5 + 0.5 * (np.arange(32) + 0.5) / 32)
+"""tau over its scale, evenly by chance."""
+_WALKERS, _BURN, _STEPS, _THIN = 64, 400, 1600, 8
+
+
+class Observed(NamedTuple):
+    """A measure as it was observed: ``value`` and standard error ``sigma`` [SI]; ``chain``: scatter of ln y by the
+    model's own chain; ``discrepancy``: scale of the model's."""
+
+    name: str
+    unit: str
+    value: float
+    sigma: float
+    chain: float
+    discrepancy: float
+
+
+class Posterior(NamedTuple):
+    """Points ``theta`` (n, d) [SI] with their ``weight`` (n,), which add up to 1; ``evidence``: ln of the mean
+    likelihood over the prior, NaN from emcee; ``effective``: number of independent points; ``sampler``."""
+
+    names: tuple[str, ...]
+    theta: np.ndarray
+    weight: np.ndarray
+    evidence: float
+    effective: float
+    sampler: str
+
+    def quantile(self, name: str, level: float | Sequence[float]) -> np.ndarray:
+        """The values of a parameter below which the fractions ``level`` of the posterior lie."""
+        values = self.theta[:, self.names.index(name)]
+        return np.quantile(values, level, weights=self.weight, method="inverted_cdf")
+
+    def drawn(self, count: int, seed: int = 1) -> np.ndarray:
+        """``count`` rows (count, d), each as likely as any other."""
+        chosen = np.random.default_rng(seed).choice(len(self.theta), size=count, p=self.weight)
+        return np.asarray(self.theta[chosen])
+
+
+class Told(NamedTuple):
+    """What the data say of one parameter: ``mean``, ``sd`` and quantiles at 2.5, 5, 16, 50, 84, 95 and 97.5 %;
+    ``width``: standard deviation over that of the prior (of the logarithm where it is drawn evenly in that);
+    ``bound``: "" or the side on which the prior's limit leaves it open, "below" or "above" what is excluded."""
+
+    mean: float
+    sd: float
+    quantiles: np.ndarray
+    width: float
+    bound: str
+
+    @property
+    def identified(self) -> bool:
+        """Whether the data narrow it."""
+        return self.width <= IDENTIFIED
+
+
+LEVELS = (0.025, 0.05, 0.16, 0.5, 0.84, 0.95, 0.975)
+
+
+def coordinate(prior: Prior, values: np.ndarray) -> np.ndarray:
+    """Values of a parameter as they are emulated and their width is measured: their logarithm where that is drawn
+    evenly."""
+    return np.log(values) if prior.distribution == "log_uniform" else values
+
+
+def theta_of(priors: Mapping[str, Prior], fraction: np.ndarray) -> np.ndarray:
+    """Parameters (n, d) [SI] at the fractions (n, d) of their priors."""
+    return np.stack([draws.quantile(prior, fraction[:, k]) for k, prior in enumerate(priors.values())], axis=1)
+
+
+def prior_draws(priors: Mapping[str, Prior], count: int, seed: int) -> np.ndarray:
+    """``count`` points (count, d) [SI] of the priors, evenly spread."""
+    return theta_of(priors, draws.sobol(len(priors), count, seed) + 0.5 / 2**30)
+
+
+def log_likelihood(observed: Sequence[Observed], mean: np.ndarray, sd: np.ndarray) -> np.ndarray:
+    """ln of the likelihood (n,) at the model's ``mean`` and ``sd`` (n, m) of ln y."""
+    total = np.zeros(len(mean))
+    for k, one in enumerate(observed):
+        known = (one.sigma / one.value) ** 2 + one.chain**2 + sd[:, k, None] ** 2
+        variance = known + (one.discrepancy * (_NODES if one.discrepancy else np.zeros(1))) ** 2
+        density = -0.5 * ((np.log(one.value) - mean[:, k, None]) ** 2 / variance + np.log(2.0 * np.pi * variance))
+        total += logsumexp(density, axis=1) - np.log(variance.shape[1])
+    return total
+
+
+def sampled(priors: Mapping[str, Prior], predict: Predict, observed: Sequence[Observed], seed: int = 1) -> Posterior:
+    """The posterior of the parameters of ``priors``."""
+    if len(priors) <= MOST:
+        count = FIRST
+        while True:
+            theta = prior_draws(priors, count, seed)
+            logarithm = log_likelihood(observed, *predict(theta))
+            found = weighted(tuple(priors), theta, logarithm)
+            if found.effective >= ENOUGH:
+                return found
+            if count >= LAST:
+                break
+            count *= 4
+    return _by_emcee(priors, predict, observed, seed)
+
+
+def weighted(names: tuple[str, ...], theta: np.ndarray, logarithm: np.ndarray) -> Posterior:
+    """The posterior by points ``theta`` (n, d) of the prior and ln of their likelihood (n,)."""
+    total = logsumexp(logarithm)
+    weight = np.exp(logarithm - total)
+    weight /= weight.sum()
+    effective = float(1.0 / np.sum(weight**2))
+    return Posterior(names, theta, weight, float(total - np.log(len(theta))), effective, "importance sampling")
+
+
+def _by_emcee(priors: Mapping[str, Prior], predict: Predict, observed: Sequence[Observed], seed: int) -> Posterior:
+    """The posterior by an ensemble of walkers in normal scores, where the prior is a standard normal distribution."""
+    import emcee
+
+    def logarithm(scores: np.ndarray) -> np.ndarray:
+        inside = np.clip(ndtr(scores), 1e-12, 1.0 - 1e-12)
+        return -0.5 * np.sum(scores**2, axis=1) + log_likelihood(observed, *predict(theta_of(priors, inside)))
+
+    rng = np.random.default_rng(seed)
+    tried = rng.standard_normal((FIRST, len(priors)))
+    start = tried[np.argsort(logarithm(tried))[-_WALKERS:]]
+    sampler = emcee.EnsembleSampler(_WALKERS, len(priors), logarithm, vectorize=True)
+    sampler.random_state = np.random.RandomState(seed).get_state()
+    sampler.run_mcmc(start, _BURN + _STEPS)
+    chain = sampler.get_chain(discard=_BURN, thin=_THIN, flat=True)
+    length = float(np.max(sampler.get_autocorr_time(discard=_BURN, quiet=True)))
+    theta = theta_of(priors, np.clip(ndtr(chain), 1e-12, 1.0 - 1e-12))
+    even = np.full(len(theta), 1.0 / len(theta))
+    return Posterior(tuple(priors), theta, even, float("nan"), _WALKERS * _STEPS / length, "emcee")
+
+
+def told(priors: Mapping[str, Prior], found: Posterior) -> dict[str, Told]:
+    """What the posterior says of each parameter."""
+    before = prior_draws(priors, FIRST, 1)
+    answer = {}
+    for k, (name, prior) in enumerate(priors.items()):
+        values = found.theta[:, k]
+        mean = float(found.weight @ values)
+        sd = float(np.sqrt(found.weight @ (values - mean) ** 2))
+        inner = coordinate(prior, values)
+        spread = np.sqrt(found.weight @ (inner - found.weight @ inner) ** 2)
+        width = float(spread / coordinate(prior, before[:, k]).std())
+        answer[name] = Told(mean, sd, found.quantile(name, LEVELS), width, _bound(prior, found, k))
+    return answer
+
+
+def _bound(prior: Prior, found: Posterior, k: int) -> str:
+    """Which side of a limited prior the data exclude: at the other end the posterior is as likely as the prior, or
+    nearly so."""
+    if prior.distribution not in ("uniform", "log_uniform"):
+        return ""
+    ends = draws.quantile(prior, np.array([0.1, 0.9]))
+    low = float(found.weight @ (found.theta[:, k] < ends[0])) > 0.05
+    high = float(found.weight @ (found.theta[:, k] > ends[1])) > 0.05
+    return "" if low == high else "below" if low else "above"
