@@ -131,6 +131,12 @@ def base_unit(text: str) -> str:
     return f"{base.units:~C}"
 
 
+def si_unit(text: str) -> str:
+    """``base_unit`` by the name that settings have for it: "Pa", "kg/m^3"; empty for a bare number."""
+    base = base_unit(text)
+    return next((symbol for symbol in _SI.values() if base == base_unit(f"1 {symbol}")), base)
+
+
 _LONGEST = 80
 _EXPONENT = re.compile(r"\s*[-+]?\d{1,2}(?:\.\d{1,3})?(?![\w.])")
 _RAISED = re.compile("[\u2070\u00b9\u00b2\u00b3\u2074-\u2079]+")

@@ -39,6 +39,7 @@ class Given(NamedTuple):
     ensemble: int | None
     errors: bool
     forecast: bool
+    invert: bool
     scheduler: str | None
     status: bool
     emit: str | None
@@ -76,6 +77,7 @@ def run_case(
     ensemble: options.Ensemble = None,
     errors: options.Errors = False,
     forecast: options.Forecast = False,
+    invert: options.Invert = False,
     scheduler: options.Scheduler = None,
     status: options.Status = False,
     emit: options.Emit = None,
@@ -110,11 +112,29 @@ def _done(given: Given) -> int:
         os.environ["NUMBA_NUM_THREADS"] = str(given.threads)
     preset = _single("--preset", given.preset)
     read = going_on.read(Path(_needed(given.case)), preset, given.overrides or (), given.out, given.size)
+    if given.invert:
+        return _inverted(read, given)
     if given.errors:
         return _with_errors(read, given)
     if given.sweep or given.vary or given.status or given.emit or given.forecast or given.ensemble is not None:
         return _swept(read, given)
     return _one_run(read, given)
+
+
+def _inverted(read: Any, given: Given) -> int:
+    """From an observed crater to what made it."""
+    from pipeline.commands import invert_command
+
+    others = [
+        (given.sweep or given.vary or given.status, "options of a sweep"),
+        (given.forecast, "--forecast"),
+        (given.errors, "--errors"),
+        (given.ensemble is not None, "--ensemble"),
+        (given.check, "--check"),
+        (given.emit, "--emit"),
+        (given.start or given.fresh, "--from and --fresh"),
+    ]
+    return invert_command.inverted(read, given.folder, others)
 
 
 def _with_errors(read: Any, given: Given) -> int:

@@ -123,6 +123,13 @@ Forecast = Annotated[
         help="Run [sweep] kind = 'prior' and write what it forecasts: quantiles, chances, draws, SHA-256, a page.",
     ),
 ]
+Invert = Annotated[
+    bool,
+    typer.Option(
+        "--invert",
+        help="From the crater in [inverse] to what made it, by the members of [sweep] kind = 'prior' that are done.",
+    ),
+]
 Scheduler = Annotated[
     str | None,
     typer.Option(

@@ -52,7 +52,7 @@ def of_sweep(sweep: Sweep, priors: Mapping[str, Prior], table: InverseTable) -> 
 
 def unit_of(prior: Prior) -> str:
     """The SI unit of what a prior draws; "1" for numbers."""
-    return quantity.base_unit(f"1 {prior.unit}") if prior.unit else "1"
+    return quantity.si_unit(f"1 {prior.unit}") if prior.unit else "1"
 
 
 def _si(value: Any) -> float:

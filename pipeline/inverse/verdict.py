@@ -1,0 +1,94 @@
+"""What an inversion says, in words."""
+
+from __future__ import annotations
+
+import math
+
+from matter.wording import readable
+from pipeline.inverse.design import WELL_EACH
+from pipeline.inverse.inversion import Inversion
+from pipeline.inverse.posterior import ENOUGH, IDENTIFIED, LEVELS, Told
+
+_AT = {level: k for k, level in enumerate(LEVELS)}
+
+
+def unit_of(unit: str) -> tuple[float, str]:
+    """Factor and symbol for values of a parameter in the SI ``unit``: angles in degrees."""
+    return (math.degrees(1.0), "°") if unit == "rad" else (1.0, "" if unit == "1" else readable.superscripts(unit))
+
+
+def name_of(name: str) -> str:
+    """The last part of a key, in words."""
+    return name.rpartition(".")[2].replace("_", " ")
+
+
+def amount(value: float, unit: str, digits: int = 2) -> str:
+    """A value of a parameter with its unit."""
+    factor, symbol = unit_of(unit)
+    shown = readable.number(factor * float(f"{value:.{digits}g}") if factor == 1.0 else factor * value, digits)
+    return f"{shown}{'' if symbol in ('', '°') else ' '}{symbol}"
+
+
+def of_parameter(name: str, told: Told, unit: str, logarithmic: bool) -> str:
+    """One parameter: "cohesion below 0.3 Pa (95 %)", "friction angle 28 ± 4°", or that it was not identified."""
+    words, q = name_of(name), told.quantiles
+    if not told.identified:
+        return f"{words} not identified (its width is {told.width:.0%} of the prior's)".replace("%", " %")
+    if told.bound:
+        limit = q[_AT[0.95]] if told.bound == "below" else q[_AT[0.05]]
+        return f"{words} {told.bound} {amount(limit, unit)} (95 %)"
+    if logarithmic:
+        ends = f"{amount(q[_AT[0.16]], unit)} to {amount(q[_AT[0.84]], unit)}"
+        return f"{words} {amount(q[_AT[0.5]], unit)} ({ends})"
+    factor, symbol = unit_of(unit)
+    return f"{words} {readable.measured(factor * told.mean, factor * told.sd, symbol or '1')}"
+
+
+def sentence(found: Inversion) -> str:
+    """The answer in one line, the best known parameter first."""
+    order = sorted(found.told, key=lambda name: found.told[name].width)
+    units = dict(zip(found.design.names, found.design.units))
+    said = [
+        of_parameter(name, found.told[name], units[name], found.priors[name].distribution == "log_uniform")
+        for name in order
+    ]
+    return "; ".join(said)
+
+
+def not_identified(found: Inversion) -> list[str]:
+    """The parameters that the data do not narrow."""
+    return [name for name, told in found.told.items() if not told.identified]
+
+
+def cautions(found: Inversion) -> list[str]:
+    """What weakens the answer, a sentence each."""
+    said = []
+    for one in found.observed:
+        count, wanted = int(found.design.members_with(one.name).sum()), WELL_EACH * len(found.priors)
+        if count < wanted:
+            said.append(f"{count} members have {one.name}: {wanted} would be a good number.")
+        z = found.emulator(one.name).left_out().z
+        if abs(z).max() > 4.0 or z.std() > 1.5:
+            said.append(f"The emulator of {one.name} is too sure of itself: left-out members lie {z.std():.1f} sigma off.")
+        if one.discrepancy == 0.0:
+            said.append(f"No discrepancy for {one.name}: the posterior is too narrow, since no model is perfect.")
+        if abs(surprise(found, one.name)) > 3.0:
+            said.append(f"The model does not reach {one.name} as it was observed: look at the priors.")
+    if found.posterior.effective < 0.1 * ENOUGH:
+        said.append(f"Only {found.posterior.effective:.0f} independent points carry the posterior.")
+    if names := not_identified(found):
+        said.append(
+            f"Not identified (width over {IDENTIFIED:g} of the prior's): {', '.join(names)}. What is said of them is "
+            f"mostly the prior."
+        )
+    return said
+
+
+def surprise(found: Inversion, measure: str) -> float:
+    """How many standard errors what was observed lies above what the posterior predicts, all errors together."""
+    import numpy as np
+
+    one = next(one for one in found.observed if one.name == measure)
+    logarithm = np.log(found.predicted(measure))
+    error = np.sqrt(logarithm.var() + (one.sigma / one.value) ** 2 + one.discrepancy**2)
+    return float((np.log(one.value) - logarithm.mean()) / error)
