@@ -15,6 +15,7 @@ this one alone. Importing it is quick: what computes or draws is imported when i
 
 from bolide.files import import_snapshot
 from bolide.forecasts import score
+from bolide.inversion import Posterior, invert
 from bolide.runs import Run, open, run
 from bolide.sweeps import sweep
 from bolide.tables import materials, scaling
@@ -23,12 +24,14 @@ from matter.errors import InputError, Stopped, UnphysicalState, Unsound
 
 __all__ = [
     "InputError",
+    "Posterior",
     "Run",
     "Stopped",
     "UnphysicalState",
     "Unsound",
     "Value",
     "import_snapshot",
+    "invert",
     "materials",
     "open",
     "run",

@@ -31,7 +31,7 @@ class InverseTable(Model):
     @classmethod
     def _says_something(cls, table: dict[str, Any]) -> dict[str, Any]:
         if not table:
-            raise ValueError("nothing is observed: diameter_apparent_m = [\"14.5 m\", \"0.8 m\"], for example")
+            raise ValueError('nothing is observed: diameter_apparent_m = ["14.5 m", "0.8 m"], for example')
         for name, entry in table.items():
             pair = isinstance(entry, list | tuple) and len(entry) == 2
             if not isinstance(entry, str) and not (

@@ -15,9 +15,9 @@ CORNER, LEFT_OUT = "corner.png", "left_out.png"
 _GREY, _BINS, _DRAWS = "#b8bec4", 40, 1 << 13
 
 
-def corner(found: Inversion, path: Path) -> None:
-    """Each parameter's density over that of its prior, and each pair: prior as grey points, the regions that hold 39
-    and 86 % of the posterior (1 and 2 sigma of a normal distribution in two dimensions)."""
+def corner(found: Inversion) -> Any:
+    """The figure: each parameter's density over that of its prior, and each pair: prior as grey points, the regions
+    that hold 39 and 86 % of the posterior (1 and 2 sigma of a normal distribution in two dimensions)."""
     names, size = found.design.names, len(found.priors)
     before = _columns(found, posterior.prior_draws(found.priors, _DRAWS, found.seed))
     after = _columns(found, found.posterior.drawn(8 * _DRAWS, found.seed))
@@ -38,7 +38,7 @@ def corner(found: Inversion, path: Path) -> None:
                 _pair(axes, before[:, [column, row]], after[:, [column, row]], ranges[column], ranges[row])
             _labels(found, axes, row, column, names)
             grid(axes)
-    save(fig, path)
+    return fig
 
 
 def _columns(found: Inversion, theta: np.ndarray) -> np.ndarray:
@@ -92,14 +92,16 @@ def _labels(found: Inversion, axes: Any, row: int, column: int, names: tuple[str
         axes.legend(fontsize=7, frameon=False)
 
 
-def left_out(found: Inversion, path: Path) -> None:
-    """Every member against what the others predict of it, and what was observed beside the posterior's prediction."""
+def left_out(found: Inversion) -> Any:
+    """The figure: every member against what the others predict of it, and what was observed beside the posterior's
+    prediction."""
     fig = figure(4.6 * len(found.observed), 4.0)
     for number, one in enumerate(found.observed):
         axes = fig.add_subplot(1, len(found.observed), number + 1)
         members = found.emulator(one.name).left_out()
         truth, mean = np.exp(members.truth), np.exp(members.mean)
-        axes.errorbar(truth, mean, mean * members.sd, fmt="o", color=INK[0], markersize=3, linewidth=0.8, label="members")
+        look = {"fmt": "o", "color": INK[0], "markersize": 3, "linewidth": 0.8}
+        axes.errorbar(truth, mean, mean * members.sd, label="members", **look)
         ends = [truth.min(), truth.max()]
         axes.plot(ends, ends, color=_GREY, zorder=0)
         predicted = np.quantile(found.predicted(one.name), (0.16, 0.5, 0.84))
@@ -111,4 +113,10 @@ def left_out(found: Inversion, path: Path) -> None:
         axes.set(xlabel=f"{one.name}{unit}", ylabel="predicted by the others")
         axes.legend(fontsize=7, frameon=False)
         grid(axes)
-    save(fig, path)
+    return fig
+
+
+def write(found: Inversion, folder: Path) -> None:
+    """Write the pictures of an inversion."""
+    save(corner(found), folder / CORNER)
+    save(left_out(found), folder / LEFT_OUT)

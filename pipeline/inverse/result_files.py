@@ -1,4 +1,4 @@
-"""What an inversion leaves: ``posterior.h5`` (draws), ``inverse.toml`` (what went in and what came out) and the page."""
+"""What an inversion leaves: ``posterior.h5`` (draws), ``inverse.toml`` (what went in and came out), page."""
 
 from __future__ import annotations
 
@@ -26,8 +26,7 @@ def write(found: Inversion) -> Path:
     archive.write(found.folder / DRAWS, _arrays(found), {"seed": found.seed, "sampler": found.posterior.sampler})
     archive.write_text(found.folder / TABLE, tomlkit.dumps(_table(found)))
     if drawing.possible("the posterior", print):
-        pictures.corner(found, found.folder / pictures.CORNER)
-        pictures.left_out(found, found.folder / pictures.LEFT_OUT)
+        pictures.write(found, found.folder)
     archive.write_text(found.folder / PAGE, _page(found))
     return found.folder
 
@@ -115,7 +114,8 @@ def _page(found: Inversion) -> str:
     for one in found.observed:
         z = (members := found.emulator(one.name).left_out()).z
         beyond = int((np.abs(z) > 3.0).sum())
-        emulators.append([one.name, f"{len(z)}", f"{members.rms:.1%}", f"{z.mean():+.2f}", f"{z.std():.2f}", f"{beyond}"])
+        deviations = (f"{z.mean():+.2f}", f"{z.std():.2f}", f"{beyond}")
+        emulators.append([one.name, f"{len(z)}", f"{members.rms:.2%}", *deviations])
     laws = found.table.model == "pi_scaling"
     return page.render(
         "pipeline/inverse/templates/inverse.html.j2", headline=verdict.sentence(found),
@@ -136,5 +136,6 @@ def terminal(found: Inversion) -> str:
     cells = [head, *([readable.terminal(cell) for cell in row] for row in rows(found))]
     widths = [max(map(len, column)) + 2 for column in zip(*cells)]
     lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in cells]
-    said = [readable.terminal(verdict.sentence(found)), "", *lines, "", *map(readable.terminal, verdict.cautions(found))]
-    return "\n".join(["", *said, f"page: {found.folder / PAGE}", f"result: {found.folder}"])
+    cautions = [readable.terminal(one) for one in verdict.cautions(found)]
+    said = ["", readable.terminal(verdict.sentence(found)), "", *lines, "", *cautions]
+    return "\n".join([*said, f"page: {found.folder / PAGE}", f"result: {found.folder}"])

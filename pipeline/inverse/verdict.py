@@ -69,7 +69,9 @@ def cautions(found: Inversion) -> list[str]:
             said.append(f"{count} members have {one.name}: {wanted} would be a good number.")
         z = found.emulator(one.name).left_out().z
         if abs(z).max() > 4.0 or z.std() > 1.5:
-            said.append(f"The emulator of {one.name} is too sure of itself: left-out members lie {z.std():.1f} sigma off.")
+            said.append(
+                f"The emulator of {one.name} is too sure of itself: left-out members lie {z.std():.1f} sigma off."
+            )
         if one.discrepancy == 0.0:
             said.append(f"No discrepancy for {one.name}: the posterior is too narrow, since no model is perfect.")
         if abs(surprise(found, one.name)) > 3.0:

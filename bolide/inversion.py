@@ -1,0 +1,90 @@
+"""From an observed crater to what made it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from bolide.runs import toml
+
+if TYPE_CHECKING:
+    import pandas
+    from matplotlib.figure import Figure
+
+
+@dataclass(frozen=True)
+class Posterior:
+    """What an inversion found; ``folder`` holds its files and page."""
+
+    folder: Path
+    verdict: str
+    samples: pandas.DataFrame
+    """Draws, each as likely as any other, a column for each parameter [SI]; ``attrs["units"]``."""
+    summary: pandas.DataFrame
+    """A row for each parameter: mean, sd, quantiles, width over that of the prior, whether it is identified [SI]."""
+    _found: Any
+
+    def __repr__(self) -> str:
+        return f"<{self.verdict}>"
+
+    @property
+    def identified(self) -> list[str]:
+        """The parameters that the data narrow to 0.9 of the prior's width, or less."""
+        return list(self.summary.index[self.summary["identified"]])
+
+    def predict(self, measure: str) -> pandas.Series:
+        """Draws [SI] of a measure that the members have, observed or not, by the posterior. Raises ``InputError``."""
+        import pandas
+
+        from pipeline.inverse.inversion import unit_of
+
+        drawn = pandas.Series(self._found.predicted(measure), name=measure)
+        drawn.attrs["unit"] = unit_of(measure)
+        return drawn
+
+    def corner(self) -> Figure:
+        """The corner plot, the prior in grey."""
+        from matter.wording import drawing
+
+        drawing.require("a picture")
+        from pipeline.inverse import pictures
+
+        return pictures.corner(self._found)
+
+
+def invert(
+    case: str | Path,
+    preset: str | None = None,
+    *,
+    out: str | Path = "runs",
+    **settings: Any,
+) -> Posterior:
+    """From the crater in ``[inverse]`` of a case, or of a file with ``[sweep]``, to what made it, as ``run_case CASE
+    --invert`` does: nothing is run, the sweep's table is read. ``**{"inverse.model": "pi_scaling"}`` asks scaling laws
+    instead.
+
+    The files (``posterior.h5``, ``inverse.toml``, a page) are written into the folder of the answer. Raises
+    ``InputError``.
+    """
+    import pandas
+
+    from pipeline.case import read as cases
+    from pipeline.inverse import inversion, result_files, verdict
+    from pipeline.inverse.posterior import LEVELS
+
+    overrides: Sequence[str] = [f"{key}={toml(value)}" for key, value in settings.items()]
+    found = inversion.of_case(cases.read(Path(case), preset, overrides), Path(out))
+    folder = result_files.write(found)
+    units = dict(zip(found.design.names, found.design.units))
+    samples = pandas.DataFrame(found.posterior.drawn(result_files.COUNT, found.seed), columns=list(units))
+    samples.attrs["units"] = units
+    rows = [
+        {"parameter": name, "unit": units[name], "mean": one.mean, "sd": one.sd,
+         **{f"q{100.0 * level:g}": value for level, value in zip(LEVELS, one.quantiles)},
+         "width": one.width, "identified": one.identified}
+        for name, one in found.told.items()
+    ]  # fmt: skip
+    summary = pandas.DataFrame(rows).set_index("parameter")
+    return Posterior(folder, verdict.sentence(found), samples, summary, found)
