@@ -1,0 +1,260 @@
+"""The inversion against answers that are known: a closed form, calibration by simulation, a reference posterior."""
+
+import importlib.util
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from crater.scaling import crater_size
+from pipeline.case import read as cases
+from pipeline.case.prior_table import Prior
+from pipeline.inverse import posterior, scaling_members
+from pipeline.inverse.emulator import Emulator
+from pipeline.inverse.posterior import Observed
+
+_found = importlib.util.spec_from_file_location("inverse_laws", Path(__file__).with_name("inverse_laws.py"))
+law = importlib.util.module_from_spec(_found)
+_found.loader.exec_module(law)
+
+DRAWS, POINTS, RUNS = 500, 1 << 13, 48
+DISCREPANCY = 0.08
+
+
+def normal(mean, sd):
+    return Prior(distribution="normal", mean=mean, sd=sd)
+
+
+def linear_problem(size):
+    """ln y of two measures, linear in ``size`` normal parameters: priors, model, what was observed, and mean and
+    covariance of the posterior."""
+    rng = np.random.default_rng(4)
+    mean, sd = 1.0 + rng.uniform(1.0, 2.0, size), rng.uniform(0.2, 0.6, size)
+    slope, level = rng.uniform(0.3, 1.0, (2, size)), np.array([0.3, -0.2])
+    observed = [Observed("a", "m", 30.0, 3.0, 0.05, 0.0), Observed("b", "m", 20.0, 1.0, 0.2, 0.0)]
+    model_sd = np.array([0.1, 0.05])
+    precision = 1.0 / np.array([(o.sigma / o.value) ** 2 + o.chain**2 + s**2 for o, s in zip(observed, model_sd)])
+    covariance = np.linalg.inv(np.diag(sd**-2.0) + slope.T @ (precision[:, None] * slope))
+    data = np.log([o.value for o in observed]) - level
+    exact = covariance @ (mean / sd**2 + slope.T @ (precision * data))
+    priors = {f"p{k}": normal(float(m), float(s)) for k, (m, s) in enumerate(zip(mean, sd))}
+
+    def predict(theta):
+        return level + theta @ slope.T, np.broadcast_to(model_sd, (len(theta), 2))
+
+    return priors, predict, observed, exact, np.sqrt(np.diag(covariance))
+
+
+@pytest.mark.parametrize("size, of_mean, of_sd", [(2, 0.02, 0.02), (5, 0.1, 0.1)])
+def test_a_linear_model_of_normal_priors_has_its_closed_form(size, of_mean, of_sd):
+    """By importance the mean within 1 % and 0.02 standard deviations, these within 2 %; by walkers within four times the
+    scatter of some 3,000 independent points."""
+    priors, predict, observed, mean, sd = linear_problem(size)
+    found = posterior.sampled(priors, predict, observed)
+    assert found.sampler == ("emcee" if size > posterior.MOST else "importance sampling")
+    told = posterior.told(priors, found)
+    means = np.array([one.mean for one in told.values()])
+    assert np.all(np.abs(means - mean) < of_mean * sd)
+    if found.sampler != "emcee":
+        assert means == pytest.approx(mean, rel=0.01)
+    assert [one.sd for one in told.values()] == pytest.approx(sd, rel=of_sd)
+    widths = sd / [prior.normals[0][2] for prior in priors.values()]
+    assert [one.width for one in told.values()] == pytest.approx(widths, rel=of_sd)
+
+
+def test_the_evidence_is_the_integral_of_the_likelihood():
+    priors, predict, observed, *_ = linear_problem(1)
+    found = posterior.sampled(priors, predict, observed)
+    [(_, mean, sd)] = priors["p0"].normals
+    theta = np.linspace(mean - 8.0 * sd, mean + 8.0 * sd, 20001)
+    density = np.exp(posterior.log_likelihood(observed, *predict(theta[:, None]))) * stats.norm.pdf(theta, mean, sd)
+    assert found.evidence == pytest.approx(np.log(np.trapezoid(density, theta)), abs=1e-3)
+
+
+def test_the_discrepancy_is_integrated_over_its_half_normal_prior():
+    observed = [Observed("a", "m", 2.0, 0.1, 0.0, 0.2)]
+    tau = np.abs(np.random.default_rng(1).standard_normal(400_000)) * 0.2
+    wanted = np.mean(stats.norm.pdf(np.log(2.0), 0.5, np.sqrt(0.05**2 + tau**2)))
+    found = posterior.log_likelihood(observed, np.array([[0.5]]), np.zeros((1, 1)))
+    assert np.exp(found[0]) == pytest.approx(wanted, rel=0.01)
+
+
+def calibration(mean, sd, theta):
+    """Ranks (DRAWS, 3) of truths drawn from the priors among their posteriors, and widths of these over the priors',
+    for a model that says ``mean`` and ``sd`` (n, 1) of ln D at ``theta`` (n, 3)."""
+    rng = np.random.default_rng(12)
+    truths = posterior.theta_of(law.PRIORS, rng.uniform(size=(DRAWS, 3)))
+    tau = DISCREPANCY * np.abs(rng.standard_normal(DRAWS))
+    error = np.sqrt((0.8 / 14.5) ** 2 + (0.6 / 14.5) ** 2 + tau**2) * rng.standard_normal(DRAWS)
+    ranks, widths = [], []
+    inner = np.stack([posterior.coordinate(prior, theta[:, k]) for k, prior in enumerate(law.PRIORS.values())], axis=1)
+    for truth, size in zip(truths, np.exp(law.log_diameter(truths) + error)):
+        observed = law.observed(size, 0.8 / 14.5 * size, 0.6 / 14.5, DISCREPANCY)
+        weight = posterior.weighted(tuple(law.PRIORS), theta, posterior.log_likelihood(observed, mean, sd)).weight
+        ranks.append(weight @ (theta < truth))
+        widths.append(np.sqrt(weight @ inner**2 - (weight @ inner) ** 2))
+    return np.array(ranks), np.array(widths) / inner.std(axis=0)
+
+
+@pytest.fixture(scope="module")
+def exact():
+    theta = posterior.prior_draws(law.PRIORS, POINTS, 3)
+    return calibration(*law.exactly(theta), theta)
+
+
+def coverage(ranks, part):
+    return np.mean(np.abs(ranks - 0.5) < 0.5 * part, axis=0)
+
+
+def test_truths_from_the_prior_have_even_ranks_in_their_posteriors(exact):
+    """Simulation-based calibration (Talts et al. 2018), 500 draws in 20 bins; coverage within two standard errors."""
+    ranks, widths = exact
+    for column in ranks.T:
+        counts = np.histogram(column, bins=20, range=(0.0, 1.0))[0]
+        assert stats.chisquare(counts).pvalue > 0.01
+    assert coverage(ranks, 0.68) == pytest.approx(np.full(3, 0.68), abs=0.04)
+    assert coverage(ranks, 0.95) == pytest.approx(np.full(3, 0.95), abs=0.02)
+    # cohesion is what one diameter tells: coverage alone would not say that the others stay as they were assumed
+    assert widths.mean(axis=0)[1] < 0.6 and np.all(widths.mean(axis=0)[[0, 2]] > posterior.IDENTIFIED)
+
+
+def emulated(seed, noise=0.0, runs=RUNS):
+    """The law emulated from so many runs, with their parameters and results."""
+    theta = posterior.prior_draws(law.PRIORS, runs, seed)
+    y = law.log_diameter(theta) + noise * np.random.default_rng(seed).standard_normal(runs)
+    return Emulator(coordinates(theta), y, np.full(runs, noise**2)), coordinates(theta), y
+
+
+def coordinates(theta):
+    return np.stack([posterior.coordinate(prior, theta[:, k]) for k, prior in enumerate(law.PRIORS.values())], axis=1)
+
+
+@pytest.mark.parametrize("noise", [0.0, pytest.param(0.04, marks=pytest.mark.validation)])
+def test_48_runs_and_an_emulator_are_as_well_calibrated(exact, noise):
+    theta = posterior.prior_draws(law.PRIORS, POINTS, 3)
+    mean, sd = emulated(5, noise)[0].predict(coordinates(theta))
+    ranks, widths = calibration(mean[:, None], sd[:, None], theta)
+    assert coverage(ranks, 0.68) == pytest.approx(np.full(3, 0.68), abs=0.06)
+    assert np.all(widths.mean(axis=0) <= 1.3 * exact[1].mean(axis=0))
+
+
+def test_left_out_members_lie_where_the_others_say():
+    made, x, y = emulated(5, 0.04)
+    z = made.left_out().z
+    assert abs(z.mean()) < 2.0 / np.sqrt(RUNS) and 0.8 < z.std() < 1.2 and np.all(np.abs(z) < 3.0)
+    assert made.left_out().rms < 0.06
+    # the closed form is the process fitted to the others, its kernel kept
+    from sklearn.gaussian_process import GaussianProcessRegressor
+
+    inner = made._process
+    for k in (0, 17):
+        rest = np.arange(RUNS) != k
+        again = GaussianProcessRegressor(inner.kernel_, alpha=inner.alpha[rest], optimizer=None)
+        again.fit(inner.X_train_[rest], inner.y_train_[rest])
+        mean, sd = again.predict(inner.X_train_[[k]], return_std=True)
+        noise = inner.alpha[k]
+        assert made.left_out().mean[k] == pytest.approx(y.mean() + y.std() * mean[0], abs=1e-6)
+        assert made.left_out().sd[k] == pytest.approx(y.std() * np.sqrt(sd[0] ** 2 + noise), rel=1e-4)
+
+
+def test_a_second_design_predicts_the_first_and_back():
+    """Coverage of 96 predictions, within two standard errors (0.095) and some for what a design shares."""
+    inside = []
+    for one, other in ((5, 6), (6, 5)):
+        made, _, _ = emulated(one, 0.04)
+        _, x, y = emulated(other, 0.04)
+        mean, sd = made.predict(x)
+        inside += list(np.abs(y - mean) < np.hypot(sd, 0.04))
+    assert np.mean(inside) == pytest.approx(0.68, abs=0.12)
+
+
+def test_runs_left_out_become_observations_and_are_found():
+    """Ten members in turn: the truth lies in the 95 % of nine, for every parameter."""
+    theta = posterior.prior_draws(law.PRIORS, RUNS + 10, 7)
+    y = law.log_diameter(theta)
+    made = Emulator(coordinates(theta[10:]), y[10:], np.zeros(RUNS))
+    points = posterior.prior_draws(law.PRIORS, POINTS, 3)
+    mean, sd = (column[:, None] for column in made.predict(coordinates(points)))
+    inside = []
+    for truth, size in zip(theta[:10], np.exp(y[:10])):
+        observed = law.observed(size, 0.05 * size, 0.0, 0.02)
+        found = posterior.weighted(tuple(law.PRIORS), points, posterior.log_likelihood(observed, mean, sd))
+        inside.append(np.abs(found.weight @ (points < truth) - 0.5) < 0.475)
+    assert np.all(np.sum(inside, axis=0) >= 9)
+
+
+def test_the_discrepancy_widens_the_posterior_and_hardly_moves_it():
+    told = []
+    for scale in (0.0, 0.08, 0.16):
+        found = posterior.sampled(law.PRIORS, law.exactly, law.observed(discrepancy=scale))
+        told.append(posterior.told(law.PRIORS, found))
+    for name in law.PRIORS:
+        widths = [one[name].width for one in told]
+        assert widths == sorted(widths) and widths[2] > 1.02 * widths[0]
+        assert all(abs(one[name].mean - told[0][name].mean) < one[name].sd for one in told)
+
+
+# the study of 26 November 2026: friction angle [deg], its standard deviation, information [nat], by prior (mean, sd) of
+# the angle within 20 to 42 deg, and model error [m]; likelihood in the diameter itself
+REFERENCE = [
+    (("30 deg", "5 deg"), 0.0, 27.6, 3.6, 0.95),
+    (("30 deg", "5 deg"), 0.6, 28.1, 3.8, 0.79),
+    (("30 deg", "5 deg"), 1.2, 28.8, 4.2, 0.59),
+    (("33 deg", "2.5 deg"), 0.6, 32.0, 2.4, 0.86),
+]
+
+
+@pytest.mark.parametrize("angle, error, mean, sd, information", REFERENCE)
+def test_the_reference_posterior_of_ryugus_crater(angle, error, mean, sd, information):
+    prior = Prior(distribution="normal", mean=angle[0], sd=angle[1], low="20 deg", high="42 deg")
+    priors = {**law.PRIORS, "friction_angle": prior}
+    theta = posterior.prior_draws(priors, 1 << 16, 1)
+    likelihood = stats.norm.logpdf(14.5, np.exp(law.log_diameter(theta)), np.hypot(0.8, error))
+    found = posterior.weighted(tuple(priors), theta, likelihood)
+    told = posterior.told(priors, found)["friction_angle"]
+    assert np.degrees(told.mean) == pytest.approx(mean, rel=0.02)
+    assert np.degrees(told.sd) == pytest.approx(sd, rel=0.02, abs=0.05)  # it was rounded to 0.1
+    gained = float(found.weight @ np.log(np.maximum(found.weight, 1e-300) * len(theta)))
+    assert gained == pytest.approx(information, rel=0.02)
+    # in logarithms, as the inversion compares: within 2 % of a quadrature on a fine grid
+    ours = posterior.sampled(priors, law.exactly, law.observed(chain=error / 14.5))
+    for level, value in zip((0.5, 0.84, 0.95), cohesion_on_a_grid(prior, error / 14.5)):
+        assert ours.quantile("cohesion", level) == pytest.approx(value, rel=0.02)
+
+
+def cohesion_on_a_grid(angle, chain):
+    """Quantiles at 50, 84 and 95 % of the cohesion [Pa] by the product of the marginal integrals on 400 cells of it."""
+    cohesion = 10.0 ** (-3.0 + 5.0 * (np.arange(400) + 0.5) / 400)
+    [(_, middle, width)] = angle.normals
+    phi = np.linspace(*angle.limits, 61)
+    density = np.linspace(790.0, 1590.0, 61)
+    grid = np.stack(np.meshgrid(phi, cohesion, density, indexing="ij"), axis=-1).reshape(-1, 3)
+    weight = stats.norm.pdf(grid[:, 0], middle, width) * stats.norm.pdf(grid[:, 2], 1190.0, 100.0)
+    weight *= stats.norm.pdf(np.log(14.5), law.log_diameter(grid), np.hypot(0.8 / 14.5, chain))
+    held = np.cumsum(weight.reshape(61, 400, 61).sum(axis=(0, 2)))
+    edges = 10.0 ** (-3.0 + 5.0 * (np.arange(400) + 1.0) / 400)
+    return [float(np.exp(np.interp(part, held / held[-1], np.log(edges)))) for part in (0.5, 0.84, 0.95)]
+
+
+def test_the_laws_simulator_is_the_projects_law():
+    """Of Hayabusa2's shot with cohesion: gravity and strength as ``expected_crater`` interpolates, whatever diameter the
+    case expects; and the strength that halves the reference law's gravity term is the one that the law has."""
+    sets = ("sph.damage=false", "sph.materials.basalt.predamaged=false")
+    sizes = []
+    for cohesion in ("0 Pa", "1 Pa"):
+        key = "sph.materials.basalt.drucker_prager.cohesion"
+        case = cases.read(Path("sci_ryugu"), "quick", (*sets, f'{key}="{cohesion}"'))
+        sizes.append(scaling_members.diameter(case))
+        other = cases.read(
+            Path("sci_ryugu"), "quick", (*sets, f'{key}="{cohesion}"', 'impact.expected_transient_diameter="3 m"')
+        )
+        assert scaling_members.diameter(other) == sizes[-1]
+    event = crater_size.ImpactEvent(0.0376, 2000.0, 0.0, 1.2e-4, 8930.0, 1227.0)
+    laws = [crater_size.LAWS[name](event) for name in crater_size.GROUNDS["sand"]]
+    assert sizes[0] == pytest.approx(np.exp(np.mean(np.log(laws))), rel=0.01)
+    # shear strength of the cone at 30 deg: sqrt(J2) = 6 c cos(phi) / (sqrt(3) (3 - sin(phi)))
+    shear = 6.0 * np.cos(np.radians(30.0)) / (np.sqrt(3.0) * 2.5)
+    theta = np.array([[np.radians(30.0), shear, 1227.0], [np.radians(30.0), 1e-9, 1227.0]])
+    strength = np.exp(np.diff(law.log_diameter(theta)))[0]
+    assert sizes[0] / sizes[1] == pytest.approx(strength, rel=0.03)
