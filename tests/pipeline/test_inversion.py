@@ -48,8 +48,8 @@ def linear_problem(size):
 
 @pytest.mark.parametrize("size, of_mean, of_sd", [(2, 0.02, 0.02), (5, 0.1, 0.1)])
 def test_a_linear_model_of_normal_priors_has_its_closed_form(size, of_mean, of_sd):
-    """By importance the mean within 1 % and 0.02 standard deviations, these within 2 %; by walkers within four times the
-    scatter of some 3,000 independent points."""
+    """By importance the mean within 1 % and 0.02 standard deviations, these within 2 %; by walkers within four times
+    the scatter of some 3,000 independent points."""
     priors, predict, observed, mean, sd = linear_problem(size)
     found = posterior.sampled(priors, predict, observed)
     assert found.sampler == ("emcee" if size > posterior.MOST else "importance sampling")
@@ -140,7 +140,7 @@ def test_48_runs_and_an_emulator_are_as_well_calibrated(exact, noise):
 
 
 def test_left_out_members_lie_where_the_others_say():
-    made, x, y = emulated(5, 0.04)
+    made, _, y = emulated(5, 0.04)
     z = made.left_out().z
     assert abs(z.mean()) < 2.0 / np.sqrt(RUNS) and 0.8 < z.std() < 1.2 and np.all(np.abs(z) < 3.0)
     assert made.left_out().rms < 0.06
@@ -195,8 +195,8 @@ def test_the_discrepancy_widens_the_posterior_and_hardly_moves_it():
         assert all(abs(one[name].mean - told[0][name].mean) < one[name].sd for one in told)
 
 
-# the study of 26 November 2026: friction angle [deg], its standard deviation, information [nat], by prior (mean, sd) of
-# the angle within 20 to 42 deg, and model error [m]; likelihood in the diameter itself
+# the study of 26 November 2026: friction angle [deg], its standard deviation, information [nat], by prior (mean, sd)
+# of the angle within 20 to 42 deg, and model error [m]; likelihood in the diameter itself
 REFERENCE = [
     (("30 deg", "5 deg"), 0.0, 27.6, 3.6, 0.95),
     (("30 deg", "5 deg"), 0.6, 28.1, 3.8, 0.79),
@@ -224,7 +224,7 @@ def test_the_reference_posterior_of_ryugus_crater(angle, error, mean, sd, inform
 
 
 def cohesion_on_a_grid(angle, chain):
-    """Quantiles at 50, 84 and 95 % of the cohesion [Pa] by the product of the marginal integrals on 400 cells of it."""
+    """Quantiles at 50, 84 and 95 % of the cohesion [Pa] by integrals over a grid with 400 cells of it."""
     cohesion = 10.0 ** (-3.0 + 5.0 * (np.arange(400) + 0.5) / 400)
     [(_, middle, width)] = angle.normals
     phi = np.linspace(*angle.limits, 61)
@@ -238,8 +238,8 @@ def cohesion_on_a_grid(angle, chain):
 
 
 def test_the_laws_simulator_is_the_projects_law():
-    """Of Hayabusa2's shot with cohesion: gravity and strength as ``expected_crater`` interpolates, whatever diameter the
-    case expects; and the strength that halves the reference law's gravity term is the one that the law has."""
+    """Of Hayabusa2's shot: gravity and strength as ``expected_crater`` interpolates, whatever diameter the case expects;
+    and 1 Pa of cohesion takes as much off the diameter as in the reference law."""
     sets = ("sph.damage=false", "sph.materials.basalt.predamaged=false")
     sizes = []
     for cohesion in ("0 Pa", "1 Pa"):
