@@ -238,7 +238,7 @@ def cohesion_on_a_grid(angle, chain):
 
 
 def test_the_laws_simulator_is_the_projects_law():
-    """Of Hayabusa2's shot: gravity and strength as ``expected_crater`` interpolates, whatever diameter the case expects;
+    """Of Hayabusa2's shot: gravity and strength as ``expected_crater`` interpolates, whatever diameter the case says;
     and 1 Pa of cohesion takes as much off the diameter as in the reference law."""
     sets = ("sph.damage=false", "sph.materials.basalt.predamaged=false")
     sizes = []
