@@ -109,7 +109,7 @@ def test_no_discrepancy_is_said_and_narrows(file, tmp_path):
         ('["600 km", "6 km"]', '"sci_ryuga"', "did you mean 'sci_ryugu'"),
         ('["600 km", "6 km"]', '"ganymede_callisto_trend"', "has no diameter_apparent_m"),
         ("diameter_apparent_m = [", "diameter_aparent_m = [", "did you mean 'diameter_apparent_m'"),
-        ('"transient/depth_m"', '"transient/wall_slope_deg"', "the sweep's table has no 'transient/wall_slope_deg'"),
+        ('"transient/depth_m"', '"transient/rim_height_m"', "the sweep's table has no 'transient/rim_height_m'"),
         ("[inverse]", '[inverse]\nmodel = "pi_scalling"', "pi_scaling"),
         ("[inverse]", "[inverse]\nmeasured = 3", "measured"),
         ("= 0.02 }", "= 2.0 }", "a fraction from 0 to below 1"),
@@ -140,7 +140,7 @@ def test_a_table_that_is_missing_or_too_short_is_refused(file, tmp_path):
 
 
 def test_the_command_refuses_with_exit_code_2_and_no_traceback(file, tmp_path, drive):
-    code, said = drive(file, "--invert", "--out", tmp_path)
+    code, _, said = drive(file, "--invert", "--out", tmp_path)
     assert code == 2 and "no table of the sweep" in said and "Traceback" not in said
 
 
