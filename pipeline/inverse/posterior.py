@@ -31,7 +31,7 @@ _NODES = ndtri(0.5 + 0.5 * (np.arange(32) + 0.5) / 32)
 """tau over its scale, evenly by chance."""
 _SCORES = np.linspace(-6.0, 6.0, 4001)
 """Where emcee's walkers know a prior's quantiles; between them they interpolate."""
-_WALKERS, _BURN, _STEPS, _THIN = 64, 400, 2400, 8
+_WALKERS, _BURN, _STEPS, _EVERY = 64, 400, 2400, 8
 
 
 class Observed(NamedTuple):
@@ -158,7 +158,7 @@ def _by_emcee(priors: Mapping[str, Prior], predict: Predict, observed: Sequence[
     sampler = emcee.EnsembleSampler(_WALKERS, len(priors), logarithm, vectorize=True)
     sampler.random_state = np.random.RandomState(seed).get_state()
     sampler.run_mcmc(start, _BURN + _STEPS)
-    chain = sampler.get_chain(discard=_BURN, thin=_THIN, flat=True)
+    chain = sampler.get_chain(discard=_BURN)[::_EVERY].reshape(-1, len(priors))
     length = float(np.max(sampler.get_autocorr_time(discard=_BURN, quiet=True)))
     theta = at(chain)
     even = np.full(len(theta), 1.0 / len(theta))
