@@ -61,7 +61,7 @@ def _pair(axes: Any, before: np.ndarray, after: np.ndarray, x: tuple[float, floa
     from scipy.ndimage import gaussian_filter
 
     axes.plot(*before[:600].T, ".", color=_GREY, markersize=2)
-    height, across, up = np.histogram2d(*after.T, bins=_BINS, range=(x, y))
+    height, across, up = np.histogram2d(after[:, 0], after[:, 1], bins=_BINS, range=(x, y))
     height = gaussian_filter(height, 1.0)
     falling = np.sort(height.ravel())[::-1]
     held = np.cumsum(falling) / falling.sum()
