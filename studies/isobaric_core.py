@@ -107,14 +107,15 @@ def main() -> int:
     """Make what is missing, print and keep what all of it says."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--results", type=Path, default=ROOT / "docs" / "results" / "isobaric_core")
-    for kind, sizes in (("core", [20, 40, 80, 160]), ("decay", [20, 40])):
-        parser.add_argument(f"--{kind}", type=int, nargs="*", default=sizes, help="cells to the ball's radius")
+    parser.add_argument("--core", type=int, nargs="*", default=[20, 40, 80, 160], help="cells to the ball's radius")
+    parser.add_argument("--decay", type=int, nargs="*", default=[20, 40], help="cells to the ball's radius")
     given = parser.parse_args()
     given.results.mkdir(parents=True, exist_ok=True)
     book = given.results / "measured.json"
     found: dict[str, Any] = json.loads(book.read_text()) if book.is_file() else {}
     materials = collect((MATERIAL,))
-    wanted = [(cells, kind, speed) for kind in KINDS for cells in getattr(given, kind) for speed in SPEEDS]
+    sizes = {"core": given.core, "decay": given.decay}
+    wanted = [(cells, kind, speed) for kind in KINDS for cells in sizes[kind] for speed in SPEEDS]
     for cells, kind, speed in sorted(wanted, key=lambda run: run[0]):
         rows = found.setdefault(f"{kind}, {speed}", {})
         if str(cells) not in rows:

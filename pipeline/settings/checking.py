@@ -241,7 +241,11 @@ def listed(case: Case, faults: list[Complaint], wanted: tuple[str, ...]) -> str:
             )
         )
     rows.sort(key=lambda row: row[0])
-    texts = [short(text, _LONGEST_ROW) for _, text in rows[:_MOST_ROWS]]
+    texts, said = [], set()
+    for _, text in rows[:_MOST_ROWS]:
+        words, _, names = text.partition(" (known: ")
+        texts.append(short(words if names in said else text, _LONGEST_ROW))
+        said.add(names)  # names that are known are told once
     if len(rows) > _MOST_ROWS:
         texts.append(f"  and {len(rows) - _MOST_ROWS} more")
     return f"{case.file} cannot be used, {len(rows)} error{'s' if len(rows) > 1 else ''}:\n" + "\n".join(texts)

@@ -34,8 +34,9 @@ particles = 2000
 eos = "table"
 [sph.materials.basalt.table]
 rho0 = "{rho0} kg/m^3"
-temperature = "300 K"
 file = "rock.txt"
+[sph.materials.basalt.thermal]
+temperature = "300 K"
 """
 
 
