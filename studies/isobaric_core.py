@@ -33,7 +33,7 @@ SPEEDS = {"5 km/s": 5e3, "20 km/s": 20e3}
 KINDS = {"core": (0.5, 0.6), "decay": (4.0, 2.1)}
 """How deep the shock comes and how high the cells reach, over the ball's radius."""
 OVER = 1.05
-"""Above this share of the planar limit matter counts as overshooting."""
+"""Above this fraction of the planar limit matter counts as overshooting."""
 
 
 def measured(materials: Materials, speed: float, cells: int, kind: str) -> dict[str, Any]:

@@ -130,18 +130,6 @@ class FlatSettling(Settling):
         """g in force now [m/s^2]."""
         return float(np.linalg.norm(self.gravity.uniform))
 
-    def elevation(self) -> np.ndarray:
-        """Height of the grains of the assembly above the datum [m]."""
-        return self.bed.X[:, 2]
-
-    def deep(self) -> np.ndarray:
-        """Which grains may change radii under load."""
-        return self.bed.X[:, 2] < -2.5 * self.bed.mean_radius
-
-    def over(self, grains: Particles) -> np.ndarray:
-        """Which of these grains are headroom."""
-        return grains.position[:, 2] > 0.0
-
     def sloshing(self, bed: Assembly) -> float:
         """Speed of the centre of mass of the bed [m/s]."""
         below = bed.headroom == 0

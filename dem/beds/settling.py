@@ -1,8 +1,8 @@
 """From random points to a bed at rest, in the phases of ``dem.beds.settling_phases``, resumable at any step.
 
-Weight goes by the position of a grain (below the datum, or how far above it). Masses are set after ``load`` and once
-more after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while the
-bed comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
+The weight of a grain depends on its height: all of it below the datum, less above. Masses are set after ``load`` and
+once more after the first ``trim``. Grains above the datum at the end of ``trim`` are the headroom. They are away while
+the bed comes to rest, so that no bed grain can lean on them, and carving them later changes nothing.
 """
 
 from __future__ import annotations
@@ -114,19 +114,18 @@ class Settling:
         """g [m/s^2] that speeds are measured against."""
         return float(self.gravity.strength(np.array(self.body.radius)))
 
-    def elevation(self) -> np.ndarray:
-        """Height of the grains of the assembly above the datum [m]."""
-        return np.linalg.norm(self.bed.X[:, :3], axis=1) - self.domain.datum_radius
+    def elevation(self, position: np.ndarray) -> np.ndarray:
+        """Heights (n,) [m] of positions (n, 3) above the datum."""
+        return self.domain.height(position) - self.domain.datum
 
     def deep(self) -> np.ndarray:
         """Which grains lie so far below the datum that their radii may be exchanged under load: at the datum the step
         in pressure would sort them by size."""
-        deep = self.domain.datum_radius - 2.5 * self.bed.mean_radius
-        return self._squared_distance() < deep**2
+        return self.elevation(self.bed.X[:, :3]) < -2.5 * self.bed.mean_radius
 
     def over(self, grains: Particles) -> np.ndarray:
         """Which of these grains are headroom."""
-        return np.linalg.norm(grains.position, axis=1) > self.domain.datum_radius
+        return self.elevation(grains.position) > 0.0
 
     def sloshing(self, bed: Assembly) -> float:
         """Speed of the bed as a whole [m/s]."""
@@ -149,7 +148,7 @@ class Settling:
         )
         travel = self.span() / float(np.median(self.waves()))
         self.steps = max(20, int(now.length * travel / self.bed.dt))
-        # single grains that topple do so in sqrt(r/g); with the full drag each would take several times as long
+        # a grain topples in sqrt(r/g), and under the drag of ``rest`` takes several times as long
         damped = TOPPLE_DRAG if now.name == "grip" else 1.0
         self.bed.drag[:] = 0.0 if now.fire or now.name == "free" else damped / travel
         if now.name in ("sink", "cover"):
@@ -187,9 +186,6 @@ class Settling:
         self.bed.W[still] = 0.0
         self.bed.A[still] = 0.0
 
-    def _squared_distance(self) -> np.ndarray:
-        return np.einsum("ij,ij->i", self.bed.X[:, :3], self.bed.X[:, :3])
-
     def _weigh(self, part: float) -> None:
         """Set the weights for the present position of the grains."""
         now, bed = self.plan[self.phase], self.bed
@@ -200,10 +196,10 @@ class Settling:
         light = max(end, start * (1.0 - 1.5 * part))
         if self.phase >= self.phase_index("grip"):
             full = (bed.headroom == 0).astype(float)
-        elif now.fades:
-            full = np.clip(1.0 - self.elevation() / (FADES * bed.mean_radius), 0.0, 1.0)
         else:
-            full = (self.elevation() <= 0.0).astype(float)
+            height = self.elevation(bed.X[:, :3])
+            fading = np.clip(1.0 - height / (FADES * bed.mean_radius), 0.0, 1.0)
+            full = fading if now.fades else (height <= 0.0).astype(float)
         bed.weight[:] = light + (1.0 - light) * full
 
     def next(self) -> bool:

@@ -282,7 +282,7 @@ def reader(arguments: str, template: str, first: int = 0) -> Any:
 
 numbers_of = reader("table, a, b", "table[a, b, {}]")
 """``Numbers`` from a table of pairs, or of walls and species: an element of it is read where it stands, since a row
-cut out is counted atomically, twice. Indices are int64 everywhere, or each other kind would be compiled anew."""
+cut out is counted atomically, twice. All indices are int64: another integer type would be compiled again."""
 
 
 @law

@@ -182,8 +182,8 @@ FORMER = {
     "reference.at": "published transient craters are those at their first maximum of depth",
     "bed.growth": "it is 0.04",
 }
-"""Keys that there were, or their table and they where another table still has such a key: what stands in their stead.
-A run of an earlier version names them in its file."""
+"""Former keys (``table.key`` where another table still has that key) and what replaces each. The case file of a run
+that an earlier version made may name them."""
 
 # pydantic's words for what a value should have been, in a user's
 _KINDS = {

@@ -167,7 +167,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
 
 
 def _inverse(table: Any, overrides: Iterable[str]) -> tuple[Any, tuple[str, ...]]:
-    """``[inverse]`` with the options that are of it laid over it, and the other options: it is no setting of a run."""
+    """``[inverse]`` with the options that change it, and the other options: it is no setting of a run."""
     rest, content = [], {"inverse": table}
     for assignment in overrides:
         if assignment.startswith("inverse.") and isinstance(table, dict):

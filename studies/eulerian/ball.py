@@ -30,7 +30,7 @@ class Markers:
 
 
 def filled(r: np.ndarray, z: np.ndarray, h: float, radius: float) -> np.ndarray:
-    """Share of the ball, which touches z = 0, in cells of size ``h`` with middles ``r``, ``z`` (by volume)."""
+    """Fraction of the ball, which touches z = 0, in cells of size ``h`` with middles ``r``, ``z`` (by volume)."""
     inside, whole = np.zeros((len(r), len(z))), np.zeros((len(r), 1))
     steps = (np.arange(FINE) + 0.5) / FINE - 0.5
     for a in steps:
@@ -91,5 +91,5 @@ def exponent(table: np.ndarray, low: float = 1.5, high: float = 4.0) -> float:
 
 
 def overshoot(markers: Markers, limit: float, whole: float) -> float:
-    """Share of the ball's ``whole`` mass [kg] whose peak pressure lies above ``limit`` [Pa]."""
+    """Fraction of the ball's ``whole`` mass [kg] whose peak pressure lies above ``limit`` [Pa]."""
     return float(markers.mass[markers.ball & (markers.peak > limit)].sum() / whole)

@@ -11,15 +11,15 @@ from studies.eulerian import godunov, tracers
 
 COURANT = 0.45
 EMPTY = 1e-3
-"""Share of the density at rest up to which a cell counts as empty: thinner spray costs steps and does nothing."""
+"""Fraction of the density at rest up to which a cell counts as empty: thinner spray costs steps and does nothing."""
 
 
 @dataclass
 class Flow:
     """``conserved`` (nr, nz, 4: columns of ``godunov``) in square cells of size ``h`` [m], the lowest face at
     ``bottom`` [m]; one material of ``materials``; markers at ``position`` (n, 2: r, z) [m] with their largest pressure
-    ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper); ``empty``: share of
-    the density at rest up to which a cell counts as empty.
+    ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper); ``empty``:
+    fraction of the density at rest up to which a cell counts as empty.
     """
 
     conserved: np.ndarray

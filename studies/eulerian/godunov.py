@@ -7,9 +7,9 @@
 in cells about the axis of symmetry, by sweeps along r and z in turn (Strang 1968). A sweep reconstructs density,
 velocities, pressure and specific energy by limited slopes (van Leer 1974), moves them on by half a step (Hancock), and
 takes the flux between the two states at each face from the solver of Harten, Lax and van Leer with a contact (HLLC:
-Toro, Spruce & Speares 1994;). Pressure and energy are both reconstructed, so faces
-need no equation of state and a contact stays at one pressure. Empty cells are of density zero. Nothing here is shared
-with the particles of the shock stage but the scalar law of the material.
+Toro, Spruce & Speares 1994, Shock Waves 4, 25). Pressure and energy are both reconstructed, so faces need no equation
+of state and a contact stays at one pressure. Empty cells have density zero. The code shares nothing with the particles
+of the shock stage but the scalar law of the material.
 """
 
 from __future__ import annotations

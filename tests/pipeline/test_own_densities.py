@@ -171,7 +171,7 @@ FORMER = {
 
 
 @pytest.mark.parametrize("half", [0, 1])  # a message lists thirty mistakes at most
-def test_keys_that_there_were_say_what_stands_in_their_stead(half):
+def test_former_keys_say_what_replaces_them(half):
     former = list(FORMER)[half::2]
     sets = tuple(f"{key}={FORMER[key]}" for key in former)
     with pytest.raises(InputError) as found:

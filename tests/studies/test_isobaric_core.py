@@ -90,8 +90,8 @@ def test_shells_are_read_by_mass():
 
 def test_the_share_of_cells_that_the_ball_fills():
     middles = (np.arange(40) + 0.5) * 0.1
-    share = ball.filled(middles, middles, 0.1, 1.5)
-    assert (2.0 * np.pi * middles[:, None] * 0.01 * share).sum() == pytest.approx(4.5 * np.pi, rel=1e-3)
+    fraction = ball.filled(middles, middles, 0.1, 1.5)
+    assert (2.0 * np.pi * middles[:, None] * 0.01 * fraction).sum() == pytest.approx(4.5 * np.pi, rel=1e-3)
 
 
 def test_a_strong_shock_turns_a_gas_by_arcsine_of_one_over_gamma(aluminium):
