@@ -86,16 +86,22 @@ FLOWING = 0.02
 """Inertial number of ``loose_fraction``: ten times as fast as for an angle, and as loose within 0.002."""
 
 
-def loose(contact: Contact, seed: int = 1) -> dict[str, float]:
-    """Steady shear in springs as stiff as those of a bed halfway down (``dem.contact.rest_springs``): with
+def loose_stiffness(contact: Contact) -> float:
+    """Springs k_n / (P d) as stiff as those of a bed halfway down (``dem.contact.rest_springs``): with
     ``CELL_STIFFNESS`` grains overlap by 0.7 % of a diameter, which makes the cell denser by 0.015 to 0.02."""
-    stiff = max(CELL_STIFFNESS, contact.stiffness_factor / (REST_FRACTION * contact.static_overlap))
-    return measure(contact, "shear", seed=seed, inertial=FLOWING, stiffness=stiff)
+    return max(CELL_STIFFNESS, contact.stiffness_factor / (REST_FRACTION * contact.static_overlap))
+
+
+def loose(contact: Contact, seed: int = 1) -> dict[str, float]:
+    """Steady shear in springs of ``loose_stiffness``."""
+    return measure(contact, "shear", seed=seed, inertial=FLOWING, stiffness=loose_stiffness(contact))
 
 
 def loose_fraction(contact: Contact) -> float:
-    """Solid fraction that steady shear of the solid grains settles at, the critical state of soil mechanics."""
-    return loose(contact)["fraction"]
+    """Solid fraction that steady shear of the solid grains settles at, the critical state of soil mechanics: as
+    measured once for the grains of the shipped cases, else measured now."""
+    known = angle_of_friction.loose_fraction(contact.shell.friction, loose_stiffness(contact))
+    return loose(contact)["fraction"] if known is None or not _as_measured(contact) else known
 
 
 def with_friction(contact: Contact, friction: float) -> Contact:

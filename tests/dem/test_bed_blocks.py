@@ -43,7 +43,7 @@ def made(folder, target: Target, density=DENSITY, unresolved=(), **settings):
         facts = json.loads(path.read_text()) | {block_file.DIGEST: block_file.digest(blocks)}
         path.write_text(json.dumps(facts))
     usual = dict(
-        target=target, impact=IMPACT, count=1300, arc_radius=10.0, headroom_fraction=0.2, growth=0.0, depth=10.0
+        target=target, impact=IMPACT, count=1000, arc_radius=10.0, headroom_fraction=0.2, growth=0.0, depth=10.0
     )
     bed_stage.run(bed_stage.Settings(**{**usual, **settings}), folder, folder / "3_bed")
     report = json.loads((folder / "3_bed" / "bed_report.json").read_text())

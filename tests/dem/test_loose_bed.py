@@ -13,7 +13,7 @@ from dem.beds.flat_ground import FlatGround
 from dem.beds.settling_phases import LOOSE_PHASES
 from dem.collapse import ground_fraction
 from dem.contact.settings import Contact, GrainLaw
-from dem.trials import friction_angle
+from dem.trials import angle_of_friction, friction_angle
 from matter.files import snapshot
 from matter.particles import Particles
 from matter.points.packing import hexagonal
@@ -23,7 +23,7 @@ from tests.dem.test_flat_bed import check_at_rest, settled, write_ground
 
 LAW = Contact(static_overlap=0.05, steps_per_contact=20, shell=GrainLaw(friction=0.269))
 FRACTION = 0.572
-"""``friction_angle.loose_fraction`` of LAW, which takes 20 s."""
+"""``friction_angle.loose_fraction`` of LAW."""
 RESTS = loose_packing.at_rest(FRACTION)
 
 
@@ -33,9 +33,23 @@ def known(monkeypatch):
 
 
 @pytest.mark.validation
-def test_the_fraction_of_steady_shear(monkeypatch):
+@pytest.mark.parametrize(("friction", "stiffness", "fraction"), angle_of_friction.LOOSE)
+def test_the_kept_fractions_are_those_of_steady_shear(friction, stiffness, fraction):
+    law = friction_angle.with_friction(LAW, friction)
+    found = friction_angle.measure(law, seed=1, inertial=friction_angle.FLOWING, stiffness=stiffness)
+    assert found["fraction"] == pytest.approx(fraction, abs=0.003)
+
+
+def test_a_kept_fraction_is_that_of_its_law_alone(monkeypatch):
+    """Softer springs, another friction, another shape: measured; the weight of the bed makes the stiffness."""
     monkeypatch.undo()
-    assert friction_angle.loose_fraction(LAW) == pytest.approx(FRACTION, abs=0.003)
+    monkeypatch.setattr(friction_angle, "measure", lambda *args, **options: {"fraction": options["stiffness"]})
+    assert friction_angle.loose_fraction(LAW) == pytest.approx(FRACTION, abs=5e-4)
+    deeper = LAW.model_copy(update={"static_overlap": 0.04})
+    assert friction_angle.loose_fraction(deeper) == pytest.approx(1.0 / (0.03 * 0.04))
+    rounder = LAW.model_copy(update={"shell": GrainLaw(friction=0.269, shape=0.3)})
+    for other in (friction_angle.with_friction(LAW, 0.27), rounder):
+        assert friction_angle.loose_fraction(other) == pytest.approx(1.0 / (0.03 * 0.05))
 
 
 @pytest.fixture(

@@ -58,6 +58,11 @@ def test_at_the_equator_of_a_turning_ball_it_is_less_by_the_centrifugal_part(tmp
     v = math.sqrt(14.5 * turning.gravity)
     assert turning.facts["coriolis_over_gravity"] == pytest.approx(2.0 * omega * v / turning.gravity)
     assert still.facts["coriolis_over_gravity"] == 0.0
+
+
+@pytest.mark.validation
+def test_at_the_pole_of_a_turning_ball_it_is_that_of_its_mass(tmp_path):
+    still = read(tmp_path, settings())
     at_the_pole = read(tmp_path, settings(site=(90.0, 0.0), body={"spin_period": "7.63 h"}))
     assert at_the_pole.gravity == pytest.approx(still.gravity, rel=1e-3)
 
@@ -92,6 +97,7 @@ def test_curvatures_are_those_of_the_ellipsoid(site, known):
     assert ground.normal == pytest.approx([0.0, 0.0, 1.0], abs=2e-3)
 
 
+@pytest.mark.validation
 def test_the_report_says_how_far_the_law_goes(tmp_path):
     facts = read(tmp_path, settings(OBLATE)).facts
     least = 438.0**2 / 502.0

@@ -57,6 +57,7 @@ def test_against_ias15_over_a_year(batch, both):
         assert np.linalg.norm(place - table["jovicentric_position"][row]) < 1e3
 
 
+@pytest.mark.validation
 def test_a_direct_flight_through_all_bodies_matches_the_screened_one(batch, both):
     """Particles that the fast path sees far from the moons have no events in full integration either."""
     part = rkck.run(SYSTEM, batch.part(0, 64), POPULATION.duration, 11, screened=False)

@@ -1,6 +1,6 @@
-"""The notebooks, as they are shipped, run from top to bottom in one folder (they share its store of stages), and what
-they find: ``pytest -m notebook``. Two to three minutes of computing where kernels are compiled. The cases that they
-run are tested with the others: ``test_first_crater.py``, ``test_bolide.py``."""
+"""The notebooks, as they are shipped, run from top to bottom in one folder (they share its store), and what they
+find: ``pytest -m notebook``. Four minutes of computing where kernels are compiled; the one with two collapses is
+among the slow tests. The cases that they run are tested with the others: ``test_first_crater.py``, ``test_bolide.py``."""
 
 from __future__ import annotations
 
@@ -74,6 +74,7 @@ def test_first_crater(asked):
     assert verdicts["mass_total_rel"] == verdicts["momentum_linear_rel_after"] == "pass"
 
 
+@pytest.mark.validation
 @pytest.mark.notebook
 def test_late_stage_friction(asked):
     """One shock stage, a bed and a collapse for each friction; grains that hardly rub leave a wider crater, shallower

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from dem.trials import angle_of_friction, friction_angle
 from matter.errors import InputError
 from pipeline.case import read as cases
 from pipeline.case import stages
@@ -43,6 +44,10 @@ def test_it_is_valid_and_its_cost_is_predicted(place, preset, tmp_path):
             stage,
             row,
         )
+    if "bed" in settings:  # a cell that is sheared first would cost every new machine a minute
+        contact = friction_angle.resolved(settings["bed"].contact)
+        stiffness = friction_angle.loose_stiffness(contact)
+        assert angle_of_friction.loose_fraction(contact.shell.friction, stiffness) is not None, contact
     used.write(tmp_path / "case.used.toml", request.case, settings)
     again = compose(cases.read(tmp_path / "case.used.toml"))
     assert {stage: folder.settings_text(s) for stage, s in again.items()} == {
