@@ -82,7 +82,7 @@ class LooseBed(Generic[D]):
 
     @staticmethod
     def of_law(ground: FlatGround | LayeredBody, domain: D, contact: Contact) -> LooseBed[D]:
-        """With the critical state of the contact law, which takes three quarters of a minute to measure where it is not known."""
+        """With the critical state of the contact law: known, or measured in three quarters of a minute."""
         liquid = np.array([SPECIES[contact.species_of(name)] == "ocean" for name in ground.materials])
         solid = CLOSE if liquid.all() else at_rest(friction_angle.loose_fraction(contact))
         return LooseBed(ground, domain, np.where(liquid, CLOSE, solid))

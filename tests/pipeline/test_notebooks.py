@@ -1,6 +1,7 @@
 """The notebooks, as they are shipped, run from top to bottom in one folder (they share its store), and what they
 find: ``pytest -m notebook``. Four minutes of computing where kernels are compiled; the one with two collapses is
-among the slow tests. The cases that they run are tested with the others: ``test_first_crater.py``, ``test_bolide.py``."""
+among the slow tests. The cases that they run are tested with the others: ``test_first_crater.py``,
+``test_bolide.py``."""
 
 from __future__ import annotations
 
