@@ -31,7 +31,7 @@ from dem.laws.dispatch import FAMILIES, between, smaller
 from matter.case import material
 from matter.case.body import Model
 from matter.case.identity_fields import Follows
-from matter.case.quantity import Angle, PositiveSpeed
+from matter.case.quantity import Angle
 from matter.compilation.law_family import Family, keys
 from matter.particles import Particles
 
@@ -84,11 +84,6 @@ class Contact(_Choices):
     """Time step = shortest contact time / this."""
     overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0)] = 0.5
     """An overlap of two bed grains above this, in radii of the smaller grain, stops the run."""
-
-    expected_speed: Annotated[PositiveSpeed | None, Follows()] = None
-    """Largest closing speed that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
-    rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0), Follows()] = 0.2
-    """Largest step with ``hertz``, over the Rayleigh time of the smallest grain."""
 
     @model_validator(mode="after")
     def _combination(self) -> Contact:
@@ -285,8 +280,8 @@ class Contact(_Choices):
         """Time step [s]: shortest contact time / ``steps_per_contact``.
 
         ``hooke``: pi sqrt(m / 2 k_n), the undamped contact of two equal grains. ``hertz``: the undamped contact of a
-        grain with a rigid wall at the largest of ``expected_speed``, the grains' own speed and sqrt(2 g r), and at
-        most ``rayleigh_fraction`` of the Rayleigh time.
+        grain with a rigid wall at the larger of the grains' own speed and sqrt(2 g r), and at most
+        ``normal_hertz.RAYLEIGH_FRACTION`` of the Rayleigh time.
         """
         if self.linear:
             return shortest_contact_time(grains.mass, grains.stiffness) / self.steps_per_contact
@@ -298,16 +293,13 @@ class Contact(_Choices):
                     np.sqrt(2.0 * np.max(gravity.strength(np.linalg.norm(grains.position, axis=1)) * grains.radius))
                 ),
             )
-        speed = max(speed, self.expected_speed or 0.0)
         longest = np.inf
         for species in range(len(SPECIES)):
             here = grains.species == species
             if here.any():
-                limits = self.values(dispatch.NORMAL, species), self.rayleigh_fraction, self.steps_per_contact
-                longest = min(
-                    longest,
-                    self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *limits),
-                )
+                values = self.values(dispatch.NORMAL, species), self.steps_per_contact
+                step = self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *values)
+                longest = min(longest, step)
         return longest
 
     def as_attribute(self) -> dict[str, Any]:

@@ -113,9 +113,10 @@ def test_chung_ooi_4_oblique_impact(angle):
     [(0.2, 100, 0.005), (0.55, 100, 0.005), (0.9, 100, 0.005), (0.55, 30, 0.01), (0.9, 30, 0.01)],
 )
 @pytest.mark.parametrize("speed", [0.01, 10.0])
-def test_restitution_does_not_depend_on_the_speed(restitution, steps, tolerance, speed):
+def test_restitution_does_not_depend_on_the_speed(restitution, steps, tolerance, speed, monkeypatch):
+    monkeypatch.setattr(normal_hertz, "RAYLEIGH_FRACTION", 1.0)
     modulus, nu, radius, density = 1e9, 0.25, 0.01, 2500.0
-    contact = hertzian(modulus, nu, restitution, steps=steps, rayleigh_fraction=1.0)
+    contact = hertzian(modulus, nu, restitution, steps=steps)
     found = drop(radius, density, speed, contact, wall=True)
     assert found.restitution == pytest.approx(restitution, rel=tolerance)
     mass = 4 / 3 * math.pi * radius**3 * density
@@ -217,7 +218,6 @@ def test_the_step_resolves_the_fastest_grain_and_the_smallest():
     exact = normal_hertz.contact_time(3e6 / (1 - 0.25**2), 0.5, 0.125, 3.0) / 30
     density = 1 / (4 / 3 * math.pi)
     assert step == pytest.approx(min(exact, 0.2 * normal_hertz.rayleigh_time(0.5, density, 1.2e6, 0.25)))
-    assert HERTZ.model_copy(update={"expected_speed": 300.0}).time_step(scene) < step
 
 
 @pytest.mark.parametrize(
