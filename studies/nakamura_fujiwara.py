@@ -35,8 +35,6 @@ NEAR = 30.0
 
 
 WORDS = {
-    "smoothing": "following supports",
-    "volumes": "volumes of the start",
     "gradients": "other gradients",
     "viscosity_switch": "Morris & Monaghan's switch",
 }

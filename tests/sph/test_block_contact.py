@@ -9,7 +9,7 @@ from sph.pairs import block_contact, rates, scheme
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE
 from tests.sph.test_rates import _Cloud
 
-WITH_BLOCKS = scheme.Scheme(reconstructed=True, conducting=True, with_blocks=True)
+WITH_BLOCKS = scheme.Scheme(reconstructed=True, with_blocks=True)
 
 
 def test_only_pairs_across_a_block_s_surface_are_parted():

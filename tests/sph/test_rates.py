@@ -47,13 +47,13 @@ class _Cloud:
         return made
 
     def evaluate(self, alpha=1.0, beta=2.0, stiffness=None, first=False, kernel="cubic_spline"):
-        out, row = rates.Rates(len(self.mass)), self.rows()
+        out, row = rates.Rates(len(self.mass), strain_rate=first), self.rows()
         if first:
             start_volumes.turn(row, self.start_density)
-        chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=first)
+        chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), reconstructed=first)
         self.summed(
             chosen,
-            scheme.rows(row, start_density=self.start_density),
+            scheme.rows(row, np.zeros((len(row), chosen.extra_width)), self.start_density),
             out,
             rates.Damping(alpha, beta),
             stiffness,
