@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.beds import flat_bed, flat_settling, grading, patch
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.beds.extent import depth
 from dem.beds.grading import Grading
 from dem.beds.grain_packing import FRACTION, HEXAGONAL

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_files, bed_measures, extent, grading, grain_packing
+from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
 from dem.beds.blocks.block_settling import BlockSettling, LooseRoundBlocks, materials
-from dem.beds.container import Container
 from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
@@ -195,7 +195,7 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "packing_fraction": bed_measures.bulk_fraction(
             bed.X[:, :3], bed.X[:, RADIUS], container, bed_measures.BULK_MARGIN * bed.mean_radius
         ),
-        "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
+        "packing_fraction_with_walls": grains / container.volume_between(container.floor, 0.0),
         "coordination_number": z,
         "coordination_number_bulk": bed_measures.coordination(bed, inner)[0] if inner.any() else float("nan"),
         "rattler_share": rattlers,

@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from dem.beds import extent
-from dem.beds.container import SHAPES
 from dem.contact.settings import Contact
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Model, Target
 from matter.case.identity_fields import Follows, NotIdentity
 from matter.case.quantity import PositiveLength, PositiveSpeed
+from matter.geometry.ground_region import SHAPES
 
 
 class Settings(Model):
