@@ -23,10 +23,10 @@ from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from matter.blocks import block_file
 from matter.errors import InputError
+from matter.geometry.ground_region import OF_TARGET
 from matter.particles import Particles
 from matter.solids.placed import PATCH
 
-OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
 MARGIN, COARSE = 3.0, 1.5
 """Local mean radii from the walls and the datum at which the bulk of graded grains begins, and the mean radius over
 that at the impact from which on grains are coarse."""

@@ -18,6 +18,8 @@ from matter.geometry.frame import Plane, Sphere
 
 SHAPES = ("bowl", "box", "cylinder")
 """Of upright regions."""
+OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
+"""The shape of a flat ``[target]``."""
 _GOLDEN = math.pi * (1.0 + math.sqrt(5.0))
 
 
