@@ -22,7 +22,7 @@ import numpy as np
 from matter.case import material, quantity
 from matter.errors import InputError
 from matter.files import archive, snapshot
-from matter.geometry.fragments import BROKEN
+from matter.geometry.connected import BROKEN
 from sph.outcome import fragments
 from sph.stepping.numerics import SETS
 

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from matter.errors import InputError
-from matter.formats import columns as named
+from matter.formats import named_columns as named
 from matter.formats import numbers
 from matter.formats.reading import Reading
 from matter.formats.unit_system import SI, style

@@ -19,7 +19,7 @@ from matter.cadence import Cadence
 from matter.errors import InputError
 from matter.files import archive, checkpoint, lock
 from matter.progress import Progress, stop_here
-from nbody.census import moon_mode
+from nbody.census import moon_hits
 from nbody.integrators import fast, rkck, tube
 from nbody.masses.system import System, jovian
 from nbody.population import conditions, encounters
@@ -87,7 +87,10 @@ def _fast(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
     flights = fast.run(system, batch, request.population.duration)
     table = encounters.join(
-        [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
+        [
+            flights.table,
+            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
+        ]
     )
     return Block(
         table,
@@ -104,7 +107,10 @@ def _tube(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
     flights = tube.run(system, batch, request.population.duration, request.seed)
     table = encounters.join(
-        [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
+        [
+            flights.table,
+            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
+        ]
     )
     return Block(
         table,

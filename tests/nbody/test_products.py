@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from matter.errors import InputError
-from nbody.census import census, moon_mode
+from nbody.census import census, moon_hits
 from nbody.integrators import fast, tube
 from nbody.masses import system
 from nbody.population import conditions, encounters
@@ -52,7 +52,7 @@ def isotropic():
     for chunk in range(6):
         batch = conditions.batch(jovian, population, 5, chunk)
         flights = tube.run(jovian, batch, population.duration, 5)
-        made += [flights.table, moon_mode.collide(flights.table, jovian, 5, chunk, focused=True)]
+        made += [flights.table, moon_hits.collide(flights.table, jovian, 5, chunk, focused=True)]
     return jovian, encounters.join(made)
 
 
@@ -156,7 +156,7 @@ def test_population_from_a_file_is_the_isotropic_one_at_its_elevations(tmp_path)
     batch = conditions.batch(jovian, population, 1, 0)
     assert len(jovian.moons) == 3
     flights = tube.run(jovian, batch, population.duration, 1)
-    made = moon_mode.collide(flights.table, jovian, 1, 0, focused=True)
+    made = moon_hits.collide(flights.table, jovian, 1, 0, focused=True)
     assert (census_tables.hits(made, jovian.moon("io"))["speed"] > 0).any()
 
 
@@ -178,7 +178,7 @@ def test_every_claim_is_scored_once():
     for chunk in range(2):
         batch = conditions.batch(jovian, population, 9, chunk)
         flights = tube.run(jovian, batch, population.duration, 9)
-        made += [flights.table, moon_mode.collide(flights.table, jovian, 9, chunk, focused=False)]
+        made += [flights.table, moon_hits.collide(flights.table, jovian, 9, chunk, focused=False)]
     attributes = {"particles": 16384, "population": "literal", "integrator": "tube", "seed": 9}
     scores = encounter_claims.score(Evidence(encounters.join(made), attributes, None))
     assert [s.id for s in scores] == [f"W{n:02d}" for n in range(1, 38)]
