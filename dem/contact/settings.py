@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from dem.contact import rest_springs, walls
 from dem.contact.columns import (
@@ -32,7 +32,7 @@ from matter.case import material
 from matter.case.body import Model
 from matter.case.identity_fields import Follows
 from matter.case.quantity import Angle
-from matter.compilation.law_family import Family, keys
+from matter.compilation.law_family import Family
 from matter.particles import Particles
 
 LIQUIDS = ("water", "water_thesis")
@@ -48,13 +48,11 @@ dashpot and booked."""
 if TYPE_CHECKING:
     NormalName = str
     CohesionName = str
-    _Choices = Model
 else:
-    _Choices = create_model("_Choices", __base__=Model, **keys(FAMILIES, "Choices"))
     NormalName, CohesionName = (Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.COHESION))
 
 
-class Contact(_Choices):
+class Contact(Model):
     """How grains touch: one set of parameters for solid grains (``shell``), one for liquid ones (``ocean``).
 
     A pair of different species takes the softer spring and the smaller of each friction, shape, restitution and
@@ -154,10 +152,6 @@ class Contact(_Choices):
             own[key] = own[key] and own[key] * self.stiffness_factor
         return law.Parameters(**own)
 
-    def choices(self, law: Any) -> Any:
-        """The ``Choices`` of a law: its keys that hold for all species."""
-        return law.Choices(*(getattr(self, key) for key in law.Choices._fields))
-
     @property
     def linear(self) -> bool:
         """Whether k_n is a grain's own, at every overlap."""
@@ -183,9 +177,7 @@ class Contact(_Choices):
     def scheme(self) -> Scheme:
         """What the kernels are compiled for."""
         kinds = {family.key: self.kind(family) for family in FAMILIES}
-        law = self.law(dispatch.TANGENTIAL)
-        rescale = law.rescale(self.choices(law)) if hasattr(law, "retained_fraction") else 0
-        return Scheme(**kinds, rescale=rescale)
+        return Scheme(**kinds, rescale=int(hasattr(self.law(dispatch.TANGENTIAL), "retained_fraction")))
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""
