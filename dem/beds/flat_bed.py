@@ -81,18 +81,13 @@ def maker(
     return lambda out: make(settings, ground, container, out, patch, block_file.of_target(target) if target else None)
 
 
-def make(
-    settings: Settings,
-    ground: FlatGround,
-    container: Container,
-    out: Path,
-    patch: Mapping[str, Any] | None = None,
-    blocks: Particles | None = None,
-) -> None:
-    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
-    rest."""
+def _grains(
+    settings: Settings, ground: FlatGround, container: Container, blocks: Particles | None
+) -> tuple[FlatSettling, grading.Grading, BlockGrains | None]:
+    """Grains in the container before they settle, their sizes, and the blocks among them."""
     seed = np.random.SeedSequence(settings.seed)
     hexagonal, loose = settings.packing.startswith("hcp"), None
+    limit, speed = bed_files.RESIDUAL_SPEED, settings.largest_speed
     if hexagonal:
         points, equal = grain_packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius, sizes = np.full(len(points), equal), grading.Grading(equal, container.radius, 0.0)
@@ -113,13 +108,22 @@ def make(
     if large is not None and len(large.number) and loose is not None:
         about = LooseRoundBlocks.about(loose, large, radius)
         some = about.between(points, radius)
-        limit, speed = bed_files.RESIDUAL_SPEED, settings.largest_speed
-        work: FlatSettling = BlockSettling(points[some], radius[some], about, limit, settings.contact, speed)
-    else:
-        work = FlatSettling(
-            points, radius, ground, container, settings.contact, bed_files.RESIDUAL_SPEED, hexagonal,
-            settings.largest_speed, loose,
-        )  # fmt: skip
+        return BlockSettling(points[some], radius[some], about, limit, settings.contact, speed), sizes, large
+    work = FlatSettling(points, radius, ground, container, settings.contact, limit, hexagonal, speed, loose)
+    return work, sizes, large
+
+
+def make(
+    settings: Settings,
+    ground: FlatGround,
+    container: Container,
+    out: Path,
+    patch: Mapping[str, Any] | None = None,
+    blocks: Particles | None = None,
+) -> None:
+    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
+    rest."""
+    work, sizes, large = _grains(settings, ground, container, blocks)
     bed, facts = finish(work, out)
     edge = float(sizes.at(np.array([container.radius]))[0])
     width = bed_files.DAMPED_LAYERS * 2.0 * edge
@@ -127,8 +131,8 @@ def make(
     container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
     report |= across_sizes(bed, container, sizes)
-    if loose is not None:
-        report["packing_fraction_meant"] = filled
+    if work.loose is not None:
+        report["packing_fraction_meant"] = work.loose.mean(work.loose.fraction)
     of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
     report |= of_body
     names, fields = list(dict.fromkeys(ground.materials)), {}
