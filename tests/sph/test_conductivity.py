@@ -32,7 +32,8 @@ def exchanged(kinds, warmth, k=8.0):
     for coefficient in (k, 0.0):
         out = rates.Rates(1000, strain_rate=True)
         chosen = scheme.Scheme(reconstructed=True)
-        c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=coefficient))
+        rows = scheme.rows(c.rows(), second, c.density)
+        c.summed(chosen, rows, out, rates.Damping(3.0, 10.0, conductivity=coefficient))
         found.append(out)
     assert np.array_equal(found[0].acceleration, found[1].acceleration)
     return c, found[0].energy - found[1].energy
