@@ -10,7 +10,8 @@ wall, which is rigid, its own terms are left out of E* and G*.
 
 What becomes of a spring (this one, and those of rolling and twisting) when the area changes between two slips: a
 growing area keeps the force, a shrinking one lets go of it in proportion to a. A cycle never gains energy, and what it
-loses is counted as dissipated. LAMMPS: ``mindlin_rescale/force``.
+loses is counted as dissipated. LAMMPS: ``mindlin_rescale/force``; LIGGGHTS: ``tangential history`` with ``model
+hertz`` (its springs keep their length instead).
 
 Source: Mindlin 1949, J. Appl. Mech. 16, 259; rule: Walton & Braun 1986, J. Rheol. 30, 949; Thornton, Cummins & Cleary
 2013, Powder Technol. 233, 30.

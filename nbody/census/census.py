@@ -140,12 +140,12 @@ def effective_entries(request: Request, system: System, table: dict[str, np.ndar
     return float(weight.sum() ** 2 / (weight**2).sum()) if len(weight) else 0.0
 
 
-def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
+def collect(request: Request, out: Path) -> Tally:
     """Run a census, with checkpoints in ``out``; continues where an interrupted one stopped. Raises ``Stopped`` on
     request."""
     system = jovian(request.target)
     tally = _resumed(request, out)
-    progress = Progress(stage, float(request.count), start=tally.enough)
+    progress = Progress("nbody", float(request.count), start=tally.enough)
     tables, cadence, began = [tally.table], Cadence(), time.monotonic() - tally.wall_s
     for block in _blocks(system, request, tally.block) if tally.enough < request.count else ():
         tables.append(block.table)
@@ -166,7 +166,7 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
             tally.table = tables[0]
             with cadence.writing():
                 _save(request, out, tally)
-            stop_here(stage)
+            stop_here("nbody")
         if tally.enough >= request.count:
             break
         if tally.particles >= MAX_PARTICLES:
