@@ -87,18 +87,3 @@ class Damping(NamedTuple):
     beta: float
     near: float = 0.5
     conductivity: float = 0.0
-
-
-def rows(
-    row: np.ndarray,
-    extra: np.ndarray | None = None,
-    start_density: np.ndarray | None = None,
-    inverse: np.ndarray | None = None,
-) -> Rows:
-    """``Rows`` with empty arrays for what is None."""
-    return Rows(
-        row,
-        np.zeros((0, row.shape[1])) if extra is None else extra,
-        np.zeros(0) if start_density is None else start_density,
-        np.zeros((0, 6)) if inverse is None else inverse,
-    )

@@ -12,7 +12,7 @@ from sph.pairs import conductivity, rates, scheme
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE
 from sph.stepping.numerics import SETS
 from studies import sph_peak_pressure
-from tests.sph.test_rates import _Cloud
+from tests.sph.test_rates import _Cloud, rows_of
 
 
 @given(mu=st.floats(-1e5, 0.0))
@@ -32,7 +32,7 @@ def exchanged(kinds, warmth, k=8.0):
     for coefficient in (k, 0.0):
         out = rates.Rates(1000, strain_rate=True)
         chosen = scheme.Scheme(reconstructed=True)
-        rows = scheme.rows(c.rows(), second, c.density)
+        rows = rows_of(c.rows(), second, c.density)
         c.summed(chosen, rows, out, rates.Damping(3.0, 10.0, conductivity=coefficient))
         found.append(out)
     assert np.array_equal(found[0].acceleration, found[1].acceleration)

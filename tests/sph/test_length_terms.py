@@ -7,7 +7,7 @@ from fixtures import columns, shock_tube
 from sph.kernels.dispatch import FAMILY as KERNELS
 from sph.materials.rows import collect
 from sph.pairs import length_terms, rates, scheme, start_volumes
-from tests.sph.test_rates import _Cloud
+from tests.sph.test_rates import _Cloud, rows_of
 
 LIMITS = (0.5, 2.0)
 
@@ -18,7 +18,7 @@ def evaluate(c, kernel="cubic_spline", length=None, alpha=1.0, beta=2.0):
     start_volumes.turn(row, c.start_density)
     chosen, rows = (
         scheme.Scheme(kernel=KERNELS.kind(kernel), reconstructed=True),
-        scheme.rows(row, np.zeros((len(row), 8)), c.start_density),
+        rows_of(row, np.zeros((len(row), 8)), c.start_density),
     )
     length_terms.scale(chosen, rows, c.found, c.support_radius if length is None else length, LIMITS, omega)
     c.summed(chosen, rows, out, rates.Damping(alpha, beta))

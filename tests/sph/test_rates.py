@@ -15,6 +15,20 @@ from sph.stepping import state
 SHEAR = np.array([2.8e9])
 
 
+def rows_of(
+    row: np.ndarray,
+    extra: np.ndarray | None = None,
+    start_density: np.ndarray | None = None,
+) -> scheme.Rows:
+    """``scheme.Rows`` with empty arrays for what is None."""
+    return scheme.Rows(
+        row,
+        np.zeros((0, row.shape[1])) if extra is None else extra,
+        np.zeros(0) if start_density is None else start_density,
+        np.zeros((0, 6)),
+    )
+
+
 class _Cloud:
     """The few arrays that the pair pass reads."""
 
@@ -53,7 +67,7 @@ class _Cloud:
         chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), reconstructed=first)
         self.summed(
             chosen,
-            scheme.rows(row, np.zeros((len(row), chosen.extra_width)), self.start_density),
+            rows_of(row, np.zeros((len(row), chosen.extra_width)), self.start_density),
             out,
             rates.Damping(alpha, beta),
             stiffness,

@@ -14,7 +14,7 @@ from sph.materials.settings import Choice
 from sph.pairs import rates, scheme, start_volumes
 from sph.pairs.row import SLOPE
 from sph.viscosity import reconstructed
-from tests.sph.test_rates import _Cloud
+from tests.sph.test_rates import _Cloud, rows_of
 
 NUMBERS = st.floats(-1e4, 1e4)
 
@@ -52,7 +52,7 @@ def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
     start_volumes.turn(row, c.start_density)
     for name, slopes in (("with", second), ("without", second * ([0.0] * 6 + [1.0, 1.0]))):
         out = rates.Rates(1000, strain_rate=True)
-        c.summed(chosen, scheme.rows(row, slopes, c.start_density), out, rates.Damping(2.0, 10.0, near=0.5))
+        c.summed(chosen, rows_of(row, slopes, c.start_density), out, rates.Damping(2.0, 10.0, near=0.5))
         force = c.mass[:, None] * out.acceleration
         assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
         assert abs((force * c.velocity).sum() + c.mass @ out.energy) < 1e-12 * np.abs(force * c.velocity).sum()
@@ -109,7 +109,7 @@ def test_rates_without_room_for_the_gradient_are_refused():
     with pytest.raises(ValueError, match="strain_rate=True"):
         c.summed(
             scheme.Scheme(reconstructed=True),
-            scheme.rows(c.rows(), np.zeros((500, 8))),
+            rows_of(c.rows(), np.zeros((500, 8))),
             rates.Rates(500),
             rates.Damping(1.0, 2.0),
         )
