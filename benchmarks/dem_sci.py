@@ -32,7 +32,7 @@ from scipy.spatial import cKDTree
 
 from dem import stage
 from dem.beds import stage as bed_stage
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.collapse import external
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact

@@ -24,7 +24,7 @@ def import_snapshot(
 
     ``columns`` names the columns of a text (``"x [km],y [km],z [km],vx,vy,vz,m,rho"``) or the datasets of an HDF5
     file, ``materials`` the names behind its material numbers (``"basalt,water,ice"``); ``time`` after the impact [s],
-    or a text with unit; ``origin`` [m] and ``up`` turn its frame into this project's (``matter.formats.placing``).
+    or a text with unit; ``origin`` [m] and ``up`` turn its frame (``matter.formats.turned_frame``).
     Warns of what was left out, and of fields that the stages will miss. Raises ``InputError`` for what cannot be read,
     for values that no particle can have, and for an ``out`` that does not end in ``.vtkhdf``.
     """

@@ -49,9 +49,9 @@ class Posterior:
         from matter.wording import drawing
 
         drawing.require("a picture")
-        from pipeline.inverse import pictures
+        from pipeline.inverse import corner_picture
 
-        return pictures.corner(self._found)
+        return corner_picture.corner(self._found)
 
 
 def invert(

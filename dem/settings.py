@@ -73,8 +73,6 @@ class Settings(Model):
     own."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.stiffness.following``."""
-    pull_interval: Annotated[PositiveTime | None, Follows()] = None
-    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; as that of the bed."""
 
     @model_validator(mode="after")
     def _order(self) -> Settings:

@@ -192,7 +192,7 @@ def column_of(source: Particles, region: domains.Domain) -> hydrostatic.Column:
     if not g > 0.0:
         raise InputError("the source's field 'gravity' is zero near the datum")
     height = np.array([region.span[0], 0.0])
-    radius = float("inf") if isinstance(region, domains.Cylinder) else region.datum
+    radius = float("inf") if isinstance(region, domains.Upright) else region.datum
     return hydrostatic.Column(height, np.zeros(2), np.full(2, g), radius, g)
 
 
@@ -228,7 +228,7 @@ def _needed(straight: direct.Direct | None) -> direct.Direct:
 
 def column_for(inputs: Path, region: domains.Domain) -> hydrostatic.Column:
     """The undisturbed column of the run's target about the bed's datum."""
-    datum = 0.0 if isinstance(region, domains.Cylinder) else region.datum
+    datum = 0.0 if isinstance(region, domains.Upright) else region.datum
     return hydrostatic.read(inputs / "2_sph" / "target.json", datum)
 
 

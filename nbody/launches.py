@@ -130,12 +130,12 @@ class FlightField:
     axes: np.ndarray
 
 
-def field_of_body(launches: Launches, name: str = "the body") -> FlightField:
+def field_of_body(launches: Launches) -> FlightField:
     """The body alone."""
     nothing = np.zeros((1, 1, 3, 6))
     nothing[0, 0, 0, 0] = 1e12  # where a Sun without mass stands
     orbits = Orbits(nothing, 1e30, np.array([0.0, launches.gm]), 0.0)
-    return FlightField(orbits, (name,), np.array([launches.radius]), 0, None, FAR * launches.radius, np.eye(3))
+    return FlightField(orbits, ("the body",), np.array([launches.radius]), 0, None, FAR * launches.radius, np.eye(3))
 
 
 def field_with_companions(launches: Launches, body: Body, site: Site, duration: float, seed: int) -> FlightField:

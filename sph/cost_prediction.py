@@ -62,7 +62,7 @@ def _limit(settings: Settings, late: float | None = None) -> _Limit:
     # its own size, reaches the ground's particles when their pores are crushed
     rest = settings.chosen_materials().at_rest[settings.target.layers[-1].material]
     crushed = zones.contact * (rest.bulk / rest.solid) ** (1.0 / 3.0)
-    held = copies > 1 and settings.smoothing == "density" and settings.support * finest > crushed and late is None
+    held = copies > 1 and settings.reconstructed and settings.support * finest > crushed and late is None
     if held or projectile_particles(settings) > copies:
         own = _courant(settings, finest, settings.impact.projectile.material, late)
         if own < shortest:
@@ -120,9 +120,7 @@ def work(settings: Settings) -> Callable[[float], float]:
 
 def per_step(settings: Settings) -> float:
     """Seconds per particle and step of one thread."""
-    return (
-        _PER_STEP * (0.5 * settings.support) ** 3 * (_RECONSTRUCTED if settings.viscosity == "reconstructed" else 1.0)
-    )
+    return _PER_STEP * (0.5 * settings.support) ** 3 * (_RECONSTRUCTED if settings.reconstructed else 1.0)
 
 
 def projectile_particles(settings: Settings) -> float:

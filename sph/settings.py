@@ -143,13 +143,6 @@ class Settings(_Keys):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
-        if self.length_terms and not (self.volumes == "start" and self.smoothing == "density"):
-            raise ValueError('length_terms needs volumes = "start" and smoothing = "density"')
-        if self.conductivity > 0.0 and not self.conducts:
-            raise ValueError(
-                'conductivity needs viscosity = "reconstructed", viscosity_switch = "none" and gradients that are not '
-                '"corrected"'
-            )
         if self.late is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
         if self.late is not None and self.late.switches[-1][0] >= self.end_time:
@@ -159,7 +152,7 @@ class Settings(_Keys):
         if fault := symmetries.fault(self.symmetry, self.target, self.impact) or sides_and_floor.fault(self):
             raise ValueError(fault)
         materials, ball = self.chosen_materials(), self.impact.projectile
-        if self.target.blocks and (fault := rubble.fault(self.target, ball, self.symmetry, self.conducts)):
+        if self.target.blocks and (fault := rubble.fault(self.target, ball, self.symmetry, self.scheme.conducting)):
             raise ValueError(fault)
         if (found := placing.of_target(self.target)) is not None:
             rubble.matrix_density(materials, self.target.layers[0].material, found)

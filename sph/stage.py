@@ -29,20 +29,22 @@ from sph.stepping import sides_and_floor
 
 BLOCK_FILES = ("../matter/blocks/ellipsoids", "../matter/blocks/placing", "../matter/blocks/size_laws")
 """Files that a target without blocks does not take."""
+RECONSTRUCTED_FILES = (
+    "pairs/smoothing", "pairs/start_volumes", "pairs/length_terms", "viscosity/reconstructed",
+)  # fmt: skip
+"""Files that ``numerics = "monaghan"`` does not take."""
 
 
 def idle_sources(settings: Settings) -> set[Path]:
     """Law files that this run does not take: its bibliography leaves out what only they cite."""
     chosen = {
-        "pairs/smoothing": settings.smoothing == "density", "pairs/start_volumes": settings.volumes == "start",
-        "stepping/late": settings.late is not None,
+        **dict.fromkeys(RECONSTRUCTED_FILES, settings.reconstructed),
         **{f"kernels/{name}": settings.kernel == name for name in kernels.FAMILY.names},
         "pairs/gradients": settings.gradients == "corrected",
         "pairs/lattice_gradients": settings.gradients == "normalised",
-        "pairs/length_terms": settings.length_terms,
+        "pairs/conductivity": settings.scheme.conducting, "stepping/late": settings.late is not None,
         **dict.fromkeys(BLOCK_FILES, bool(settings.target.blocks)),
-        "../matter/geometry/tree": settings.target.attracts, "pairs/conductivity": settings.conductivity > 0.0,
-        "viscosity/reconstructed": settings.viscosity == "reconstructed",
+        "../matter/geometry/tree": settings.target.attracts,
         "viscosity/morris_monaghan": settings.viscosity_switch == "morris_monaghan",
     }  # fmt: skip
     return (

@@ -26,15 +26,15 @@ def carve(run: Path, out: Path) -> None:
     """Write ``out`` as a run folder whose handoff is the carved bed."""
     import numpy as np
 
-    from dem.beds.bed_domain import Domain
+    from dem.beds.bed_domain import Cap
     from matter.files import snapshot
     from matter.particles import Particles
 
     bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
-    domain = Domain.of_attribute(bed.attributes["domain"])
+    domain = Cap.of_attribute(bed.attributes["domain"])
     distance = np.linalg.norm(bed.position, axis=1)
-    arc = domain.datum_radius * domain.polar_angle(bed.position)
-    height = distance - domain.datum_radius
+    arc = domain.datum * domain.polar_angle(bed.position)
+    height = distance - domain.datum
     keep = np.where(arc < BOWL, height < -DEPTH * (1.0 - (arc / BOWL) ** 2), height < 0.0)
     start = bed.select(keep)
     flat = np.hypot(start.position[:, 0], start.position[:, 1])
@@ -56,17 +56,15 @@ def profile(folder: Path, width: float):
     radius."""
     import numpy as np
 
-    from dem.beds.bed_domain import Domain
+    from dem.beds.bed_domain import Cap
     from matter.files import snapshot
 
     last = snapshot.read(folder / "last.vtkhdf")
-    domain = Domain.of_attribute(last.attributes["domain"])
+    domain = Cap.of_attribute(last.attributes["domain"])
     x = last.position[last["state"] == 0]
-    top = np.linalg.norm(x, axis=1) + last.radius[last["state"] == 0] - domain.datum_radius
+    top = np.linalg.norm(x, axis=1) + last.radius[last["state"] == 0] - domain.datum
     radius = float(last.radius.mean())
-    flat = (
-        2.0 * domain.datum_radius * np.sin(0.5 * domain.polar_angle(x)) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-9)
-    )
+    flat = 2.0 * domain.datum * np.sin(0.5 * domain.polar_angle(x)) / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-9)
     column = np.floor(x[:, :2] * flat[:, None] / (2.0 * radius)).astype(int)
     _, of = np.unique(column, axis=0, return_inverse=True)
     of = of.reshape(-1)
@@ -76,7 +74,7 @@ def profile(folder: Path, width: float):
     where[of] = (column + 0.5) * 2.0 * radius
     ring = (np.hypot(where[:, 0], where[:, 1]) / width).astype(int)
     # the outermost rings lie under the edge of the cone
-    count = int(0.85 * domain.half_angle * domain.datum_radius / width)
+    count = int(0.85 * domain.half_angle * domain.datum / width)
     return np.array([height[ring == k].mean() for k in range(count)]), radius
 
 

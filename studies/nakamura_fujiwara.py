@@ -22,7 +22,7 @@ import numpy as np
 from matter.case import material, quantity
 from matter.errors import InputError
 from matter.files import archive, snapshot
-from matter.geometry.fragments import BROKEN
+from matter.geometry.connected import BROKEN
 from sph.outcome import fragments
 from sph.stepping.numerics import SETS
 
@@ -35,8 +35,6 @@ NEAR = 30.0
 
 
 WORDS = {
-    "smoothing": "following supports",
-    "volumes": "volumes of the start",
     "gradients": "other gradients",
     "viscosity_switch": "Morris & Monaghan's switch",
 }

@@ -1,6 +1,6 @@
 """Both sets of numerics against exact solutions, row by row: former value, new value, limit, met before and now.
 
-    python studies/sph_verification.py --numerics reconstructed --out NEW
+    python studies/sph_verification.py --out NEW
         # measures; the former set stands in docs/results/sph_verification
     python studies/sph_numerics.py [--former FILE] --new NEW/shocks.json [--out FILE]
 

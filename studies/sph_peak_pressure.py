@@ -1,5 +1,4 @@
-"""Peak pressure of an ice ball on ice at 18.234 km/s against the planar limit, for both sets of numerics, and the
-weights and supports between them.
+"""Peak pressure of an ice ball on ice at 18.234 km/s against the planar limit, for both sets of numerics.
 
     python studies/sph_peak_pressure.py [--json] [--size N] [--threads T] [--only TEXT]
 
@@ -24,17 +23,9 @@ from matter.files import snapshot
 from sph import stage
 from sph.materials.rows import collect
 from sph.shock_states import hugoniot
+from sph.stepping.numerics import SETS
 
 RADIUS, SPEED = 1000.0, 18234.0
-WENDLAND = {"kernel": "wendland", "support": 2.6, "volumes": "start", "smoothing": "density"}
-ROWS: dict[str, dict] = {
-    "monaghan": {"numerics": "monaghan"},
-    "monaghan, following supports": {"numerics": "monaghan", "smoothing": "density"},
-    "monaghan, volumes of the start": {"numerics": "monaghan", "volumes": "start"},
-    "monaghan, both": {"numerics": "monaghan", "volumes": "start", "smoothing": "density"},
-    "monaghan, both, kernel of reconstructed": {"numerics": "monaghan", **WENDLAND},
-    "reconstructed": {"numerics": "reconstructed"},
-}
 
 
 def settings(spacings: float, **changes) -> stage.Settings:
@@ -82,10 +73,10 @@ def main(arguments: Sequence[str] | None = None) -> None:
     limit = hugoniot.behind(*hugoniot.solid(collect(("ice",)).rows, 0), 0.5 * SPEED).P
     result: dict[str, object] = {"spacings": options.size, "planar_Pa": limit}
     print(f"planar limit {limit / 1e9:.1f} GPa")
-    for name, changes in ROWS.items():
+    for name in SETS:
         if options.only not in name:
             continue
-        row = measured(options.size, **changes)
+        row = measured(options.size, numerics=name)
         result[name] = row
         peaks = ", ".join(
             f"{key.removesuffix('_Pa').replace('_', ' ')} {value / 1e9:.1f}"

@@ -27,12 +27,12 @@ INSIDE = 1.5
 """The crater and its rim end at this many rim radii of the larger crater (apparent radii, where neither has a rim)."""
 
 
-def profile_difference(a: Profile, b: Profile, depth: float | None = None, rim: float | None = None) -> dict[str, Any]:
+def profile_difference(a: Profile, b: Profile, rim: float | None = None) -> dict[str, Any]:
     """Height differences (b minus a) of two profiles resampled on the coarser one's rings [m], area-weighted, where
     both exist.
 
     ``rms_inside_m`` within ``inside_m`` = 1.5 rim radii of the larger crater, and ``rms_over_depth``, the same over
-    the depth of the deeper one (or ``depth`` [m]); ``largest_m`` and ``largest_at_m``, the largest difference and its
+    the depth of the deeper one; ``largest_m`` and ``largest_at_m``, the largest difference and its
     radius; ``rms_m`` and ``mean_m`` as far as both go, ``offset_m`` the mean outside both craters (None where they end
     before) and ``rms_aligned_m`` without it; ``rms_shape`` [1] of z / depth over r / apparent radius. ``rim`` [m] is
     the larger rim radius where it is known better than the profiles say it.
@@ -57,7 +57,7 @@ def profile_difference(a: Profile, b: Profile, depth: float | None = None, rim: 
     inner, reach = _inside(a, b, r, rim)
     rms = _rms(difference[inner], weight[inner])
     worst = int(np.argmax(np.abs(difference)))
-    scale = depth or max(-float(np.nanmin(a.height)), -float(np.nanmin(b.height)))
+    scale = max(-float(np.nanmin(a.height)), -float(np.nanmin(b.height)))
     offset = _offset(a, b, r, difference, weight)
     return {
         "rms_inside_m": rms,

@@ -232,10 +232,10 @@ def on_section(seen: View, distance: np.ndarray, height: np.ndarray) -> tuple[np
     ) * seen.scale
 
 
-def original_surface(axis, seen: View, colour: str = "black") -> None:
+def original_surface(axis, seen: View) -> None:
     """The datum as a dashed line."""
     s = np.linspace(-1.2 * seen.half, 1.2 * seen.half, 241)
-    axis.plot(*on_section(seen, s, np.zeros(len(s))), color=colour, linewidth=0.8, linestyle="--")
+    axis.plot(*on_section(seen, s, np.zeros(len(s))), color="black", linewidth=0.8, linestyle="--")
 
 
 def material_marks(shots: Sequence[Particles]) -> list[Any]:

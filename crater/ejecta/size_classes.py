@@ -1,7 +1,7 @@
 """How large the pieces are that were thrown out, as far as the shock stage resolves them.
 
 In the last snapshot of the shock stage the whole particles that hang together are a fragment, broken ones (D >= 1/2)
-are in pieces smaller than a particle (``matter.geometry.fragments``; flaws and damage of the run's own Grady-Kipp
+are in pieces smaller than a particle (``matter.geometry.connected``; flaws and damage of the run's own Grady-Kipp
 law). Three classes come of it:
 
     smaller than a particle    broken; the size is that of the particle, an upper limit
@@ -22,7 +22,7 @@ import numpy as np
 
 from crater.ejecta.catalogue import Catalogue, where
 from crater.ground.datum import Datum
-from matter.geometry import fragments
+from matter.geometry import connected
 from matter.particles import Particles
 
 CLASSES = ("smaller than a particle", "one particle", "several particles")
@@ -43,14 +43,14 @@ def sizes(catalogue: Catalogue, last: Particles) -> Sizes | None:
     supports, or the target is all whole or all broken in it."""
     if any(name not in last for name in ("damage", "support_radius", "density", "layer")):
         return None
-    broken = last.damage[last.layer >= 0] >= fragments.BROKEN
+    broken = last.damage[last.layer >= 0] >= connected.BROKEN
     if not broken.any() or broken.all():
         return None
-    group = np.full(len(last), fragments.NONE)
+    group = np.full(len(last), connected.NONE)
     for body in (last.layer >= 0, last.layer < 0):
-        mine = fragments.groups(last, body)
-        group = np.where(mine != fragments.NONE, mine + max(int(group.max()) + 1, 0), group)
-    whole = group != fragments.NONE
+        mine = connected.groups(last, body)
+        group = np.where(mine != connected.NONE, mine + max(int(group.max()) + 1, 0), group)
+    whole = group != connected.NONE
     count = int(group.max()) + 1
     members, mass, volume = (
         np.bincount(group[whole], weights, count)

@@ -232,56 +232,40 @@ def conservation_rows(run: Path, projectile_momentum: float, lever: tuple[float,
         ("total energy, at the end, over the initial kinetic energy", f"{drift[-1]:+.3%}"),
         ("mass, relative change", readable.number(mass[1] / mass[0] - 1.0, 3)),
     ]
-    moved = (
-        float(np.linalg.norm(_vector(columns, "momentum", -1) - _vector(columns, "momentum", 0))) / projectile_momentum
-    )
-    turned = float(np.linalg.norm(_vector(columns, "angular_momentum", -1) - _vector(columns, "angular_momentum", 0)))
     size, name = lever
     scale = f"over the projectile's momentum times {name} ({readable.length(size)})"
     edges = _edges(run)
-    if edges:
-        if given is not None:
-            rows.append(
-                (f"energy that the edges took ({edges}), the same way", f"{(given[0] - given[-1]) / kinetic:.3%}")
-            )
-            off = np.array(
-                [_vector(columns, "momentum", k) - _vector(columns, "outside_momentum", k) for k in (0, -1)]
-            )
-            left = float(np.linalg.norm(off[1] - off[0])) / projectile_momentum
-            rows.append(
-                ("linear momentum, change beyond what edges and weight gave, over the projectile's", _percent(left))
-            )
-        rows.append(
-            (
-                f"linear momentum that the edges took ({edges}), net of the weight that they carry, over the "
-                f"projectile's",
-                _percent(moved),
-            )
-        )
-        if given is not None:
-            turned = float(
-                np.linalg.norm(
-                    _vector(columns, "outside_angular_momentum", -1) - _vector(columns, "outside_angular_momentum", 0)
-                )
-            )
-        rows.append(
-            (f"angular momentum that the edges took, {scale}", _percent(turned / (projectile_momentum * size)))
-        )
+    moved = _percent(_change(columns, "momentum") / projectile_momentum)
+    turned = _change(columns, "outside_angular_momentum" if edges and given is not None else "angular_momentum")
+    of_turning = _percent(turned / (projectile_momentum * size))
+    if not edges:
+        rows.append(("linear momentum, change over the projectile's", moved))
+        rows.append((f"angular momentum, change {scale}", of_turning))
     else:
-        rows.append(("linear momentum, change over the projectile's", _percent(moved)))
-        rows.append((f"angular momentum, change {scale}", _percent(turned / (projectile_momentum * size))))
+        if given is not None:
+            taken = (given[0] - given[-1]) / kinetic
+            rows.append((f"energy that the edges took ({edges}), the same way", f"{taken:.3%}"))
+            left = _percent(_change(columns, "momentum", "outside_momentum") / projectile_momentum)
+            rows.append(("linear momentum, change beyond what edges and weight gave, over the projectile's", left))
+        net = (
+            f"linear momentum that the edges took ({edges}), net of the weight that they carry, over the projectile's"
+        )
+        rows.append((net, moved))
+        rows.append((f"angular momentum that the edges took, {scale}", of_turning))
     removed = float(np.linalg.norm(_vector(columns, "removed_angular_momentum", -1)))
     if removed:
-        rows.append(
-            (
-                f"angular momentum that the correction of the tree's forces removed, {scale}",
-                _percent(removed / (projectile_momentum * size)),
-            )
-        )
+        what = f"angular momentum that the correction of the tree's forces removed, {scale}"
+        rows.append((what, _percent(removed / (projectile_momentum * size))))
         own = read(run)["sph"].get("removed_angular_momentum_over_projectile")
         if own is not None:
             rows.append(("the same over the projectile's angular momentum about the target's centre", _percent(own)))
     return rows
+
+
+def _change(columns: dict[str, list[str]], name: str, less: str = "") -> float:
+    """Size of the change of a vector from the first row to the last, without that of another."""
+    begun, end = (_vector(columns, name, row) - (_vector(columns, less, row) if less else 0.0) for row in (0, -1))
+    return float(np.linalg.norm(end - begun))
 
 
 def _percent(value: float) -> str:

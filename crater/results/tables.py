@@ -26,71 +26,68 @@ PROFILES = {"volume": "profile_transient.csv", "depth": "profile_transient_depth
 
 def measures_json(findings: Findings) -> dict[str, Any]:
     """The content of ``measures.json``."""
-    transient: dict[str, Any] = {}
-    for key in MOMENTS:
-        moment = findings.transient.get(key)
-        if moment is not None and moment.measures is not None:
-            transient[f"at_maximum_{key}"] = {
-                **moment.measures.as_dict(),
-                "time_s": time_of(findings, moment).as_dict(),
-                "stage": moment.stage,
-                "growing": key in findings.growing,
-                "snapshot": moment.path.relative_to(findings.inputs).as_posix(),
-                "datum": measurement_config.datum_facts(moment.measures.datum),
-            }
+    transient = _transient(findings)
     default = transient.get("at_maximum_volume", {"reason": findings.reasons.get("transient", "not measured")})
     final: dict[str, Any] = {"reason": findings.reasons.get("final", "not measured")}
-    last, late = findings.final, findings.late_sph
+    last, late, shock, ejected = findings.final, findings.late_sph, findings.shock, findings.ejected
     if last is not None:
-        position = {
-            "datum": measurement_config.datum_facts(last.measures.datum),
-            "snapshot": last.path.relative_to(findings.inputs).as_posix(),
-        }
-        final = {**last.measures.as_dict(), **final_entry(last), **position}
+        final = {**last.measures.as_dict(), **final_entry(last), **_position(findings, last)}
     content: dict[str, Any] = {
         "transient": {**default, **transient},
         "final": final,
         "reference": findings.compared.reference,
+        "measured_with": {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.configs.items()},
     }
-    content["measured_with"] = {stage: chosen.as_dict(findings.inputs) for stage, chosen in findings.configs.items()}
     if engine := _engine_of(findings.inputs / "5_dem" / "stage_report.json"):
         content["engine"] = engine
     content["errors_without"] = missing_errors(findings)
-    if findings.soundness:
-        content["soundness"] = findings.soundness
-    if findings.shock is not None and findings.shock.molten.get("parts"):
-        content["shock_phases"] = findings.shock.molten
-    if findings.shock is not None and findings.shock.heat:
-        content["release"] = list(findings.shock.heat)
-    if findings.shock is not None and findings.shock.melt:
-        content["melt_scaling"] = findings.shock.melt
-    if findings.shock is not None and findings.shock.decay:
-        content["shock_decay"] = findings.shock.decay
-    ejected = findings.ejected
-    content |= {
-        name: part
-        for name, part in (
-            ("leaving", ejected.leaving),
-            ("ejecta", ejected.faster_than),
-            ("launch", ejected.launch),
-            ("fates", ejected.fates),
-            ("excavation", ejected.excavation),
-            ("settled_matter", findings.settled_matter),
-        )
-        if part
+    parts = {
+        "soundness": findings.soundness,
+        "shock_phases": shock is not None and shock.molten.get("parts") and shock.molten,
+        "release": shock is not None and list(shock.heat),
+        "melt_scaling": shock is not None and shock.melt,
+        "shock_decay": shock is not None and shock.decay,
+        "leaving": ejected.leaving,
+        "ejecta": ejected.faster_than,
+        "launch": ejected.launch,
+        "fates": ejected.fates,
+        "excavation": ejected.excavation,
+        "settled_matter": findings.settled_matter,
+        "handover": handover.facts(*findings.handed_over, findings.inputs),
     }
-    if handed := handover.facts(*findings.handed_over, findings.inputs):
-        content["handover"] = handed
+    content |= {name: part for name, part in parts.items() if part}
     if findings.ballistic is not None:
         content["ballistic"] = findings.ballistic.as_dict()
     if findings.body:
-        content["body"] = {
-            **{stage.stage: stage.as_dict(findings.inputs) for stage in findings.body},
-            "final": findings.body[-1].stage,
-        }
+        stages = {stage.stage: stage.as_dict(findings.inputs) for stage in findings.body}
+        content["body"] = {**stages, "final": findings.body[-1].stage}
     if late is not None:
         content["late_sph"] = {**late.measures.as_dict(), "time_s": Quantity(late.time, 0.0, "s").as_dict()}
     return content
+
+
+def _transient(findings: Findings) -> dict[str, Any]:
+    """The crater at each of its ``MOMENTS``."""
+    found: dict[str, Any] = {}
+    for key in MOMENTS:
+        moment = findings.transient.get(key)
+        if moment is not None and moment.measures is not None:
+            found[f"at_maximum_{key}"] = {
+                **moment.measures.as_dict(),
+                "time_s": time_of(findings, moment).as_dict(),
+                "stage": moment.stage,
+                "growing": key in findings.growing,
+                **_position(findings, moment),
+            }
+    return found
+
+
+def _position(findings: Findings, moment: Any) -> dict[str, Any]:
+    """Where a crater was measured: its snapshot and its datum."""
+    return {
+        "datum": measurement_config.datum_facts(moment.measures.datum),
+        "snapshot": moment.path.relative_to(findings.inputs).as_posix(),
+    }
 
 
 def _engine_of(report: Path) -> dict[str, Any]:

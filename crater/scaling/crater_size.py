@@ -101,9 +101,9 @@ def holsapple_volume(s: ImpactEvent, k: float, mu: float) -> float:
     return k * s.mass / s.target_density * pi_2 ** (-3.0 * mu / (2.0 + mu))
 
 
-def paraboloid_diameter(volume: float, depth_over_diameter: float = 1.0 / 3.0) -> float:
-    """Diameter [m] of a paraboloid of ``volume`` = pi/8 D^2 d [m^3] (d/D = 1/3 is the usual transient crater)."""
-    return (8.0 * volume / (math.pi * depth_over_diameter)) ** (1.0 / 3.0)
+def paraboloid_diameter(volume: float) -> float:
+    """Diameter [m] of a paraboloid of ``volume`` = pi/8 D^2 d [m^3] with d/D = 1/3, the usual transient crater."""
+    return (8.0 * volume / (math.pi * (1.0 / 3.0))) ** (1.0 / 3.0)
 
 
 def holsapple_water(s: ImpactEvent) -> float:

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact import contact, walls
 from dem.contact.columns import RADIUS, RATIO, ROLL, SLIP, STIFFNESS, TOUCHING
@@ -29,9 +28,9 @@ class Shells:
     The part of a sphere beyond a shell boundary is that beyond the tangent plane (grains are small against the body).
     """
 
-    def __init__(self, position: np.ndarray, radius: np.ndarray, domain: Domain, width: float, top: float):
-        count = max(8, round((top - domain.core_radius) / width))
-        self.edges = np.linspace(domain.core_radius, top, count + 1)
+    def __init__(self, position: np.ndarray, radius: np.ndarray, domain: Cap, width: float, top: float):
+        count = max(8, round((top - domain.floor) / width))
+        self.edges = np.linspace(domain.floor, top, count + 1)
         self.middle = 0.5 * (self.edges[1:] + self.edges[:-1])
         self.volume = domain.solid_angle * np.diff(self.edges**3) / 3.0
         height = (self.edges[None, :] - np.linalg.norm(position, axis=1)[:, None]) / radius[:, None]
@@ -167,7 +166,7 @@ def ground_mass(ground: FlatGround, container: Container, points: int = 4001) ->
     """Mass [kg] of the undisturbed ground in the container below the datum (midpoint rule)."""
     edges = np.linspace(container.floor, 0.0, points)
     middle = 0.5 * (edges[1:] + edges[:-1])
-    return float(np.sum(ground.density(middle) * container.area(middle) * np.diff(edges)))
+    return float(np.sum(ground.density(middle) * container.cross_section(middle) * np.diff(edges)))
 
 
 @kernel

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container
 from dem.beds.slopes import Slopes
 from dem.beds.solid_body import SolidBody
 from dem.grains.assembly import LEFT, Assembly
@@ -34,26 +33,26 @@ def _circles(axes: Any, grains: Particles, scale: float) -> None:
     axes.add_collection(circles)
 
 
-def slab(axes: Any, grains: Particles, domain: Domain) -> None:
+def slab(axes: Any, grains: Particles, domain: Cap) -> None:
     """The cut through a bed on a sphere, with its core, datum and sides, in a unit that suits its size."""
-    reach = 1.05 * domain.top_radius * np.sin(domain.half_angle)
+    reach = 1.05 * domain.top * np.sin(domain.half_angle)
     scale, unit = readable.length_unit(reach)
     _circles(axes, grains, scale)
     angle = np.linspace(-domain.half_angle, domain.half_angle, 200)
-    for radius, style in ((domain.core_radius, "k-"), (domain.datum_radius, "r--")):
+    for radius, style in ((domain.floor, "k-"), (domain.datum, "r--")):
         axes.plot(radius * np.sin(angle) * scale, radius * np.cos(angle) * scale, style, lw=0.8)
     for side in (-1, 1):
-        line = np.array([domain.core_radius, domain.top_radius]) * scale
+        line = np.array([domain.floor, domain.top]) * scale
         axes.plot(side * line * np.sin(domain.half_angle), line * np.cos(domain.half_angle), "k-", lw=0.8)
-    floor = domain.core_radius * np.cos(domain.half_angle)
+    floor = domain.floor * np.cos(domain.half_angle)
     axes.set_xlim(-reach * scale, reach * scale)
-    axes.set_ylim(0.97 * floor * scale, (domain.top_radius + 0.35 * (domain.top_radius - domain.core_radius)) * scale)
+    axes.set_ylim(0.97 * floor * scale, (domain.top + 0.35 * (domain.top - domain.floor)) * scale)
     axes.set_aspect("equal")
     axes.set_xlabel(f"x [{unit}]")
     axes.set_ylabel(f"z [{unit}]")
 
 
-def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
+def bed(assembly: Assembly, domain: Cap, report: dict[str, Any], path: Path) -> None:
     """A cut through the bed above its profiles of packing fraction, density and stress."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -63,7 +62,7 @@ def bed(assembly: Assembly, domain: Domain, report: dict[str, Any], path: Path) 
     grid = figure.add_gridspec(2, 3)
     slab(figure.add_subplot(grid[0, :]), assembly.particles({}, tables=False), domain)
     profile = report["profile"]
-    depth = domain.datum_radius - np.array(profile["radius_m"])
+    depth = domain.datum - np.array(profile["radius_m"])
     scale, unit = readable.length_unit(float(np.abs(depth).max(initial=0.0)))
     stress, pascals = readable.pressure_unit(
         float(np.nanmax(np.array(profile["radial_stress_Pa"], dtype=float), initial=0.0))

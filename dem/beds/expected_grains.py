@@ -8,8 +8,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.beds import flat_bed, flat_settling, grading, patch
-from dem.beds.container import Container
+from dem.beds import flat_settling, grading, patch
+from dem.beds.bed_domain import Container
 from dem.beds.extent import depth
 from dem.beds.grading import Grading
 from dem.beds.grain_packing import FRACTION, HEXAGONAL
@@ -18,6 +18,7 @@ from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact.settings import shortest_contact_time
 from matter.case import at_rest
 from matter.case.body import Target
+from matter.geometry.ground_region import OF_TARGET
 
 LOOSE = 0.596
 """Solid fraction of a loose bed for predictions: that of the friction of 30 degrees."""
@@ -69,7 +70,7 @@ def expected(settings: Settings) -> Expected:
 
 def of_flat(settings: Settings, target: Target) -> tuple[Container, Grading, float]:
     """Container and sizes of a bed of flat ground, and how many of its grains lie below the datum."""
-    shape = flat_bed.OF_TARGET[target.shape] if settings.shape in ("auto", "cap") else settings.shape
+    shape = OF_TARGET[target.shape] if settings.shape in ("auto", "cap") else settings.shape
     diameter, wide = settings.impact.expected_transient_diameter, settings.arc_radius
     deep = wide if shape == "bowl" else settings.depth or depth(diameter, target.radius)
     container = Container(shape, wide, -deep, settings.headroom_fraction * diameter)

@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_files, bed_measures, extent, grading, grain_packing
+from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
 from dem.beds.blocks.block_settling import BlockSettling, LooseRoundBlocks, materials
-from dem.beds.container import Container
 from dem.beds.finishing import finish
 from dem.beds.flat_ground import FlatGround
 from dem.beds.flat_settling import FlatSettling
@@ -23,10 +23,10 @@ from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from matter.blocks import block_file
 from matter.errors import InputError
+from matter.geometry.ground_region import OF_TARGET
 from matter.particles import Particles
 from matter.solids.placed import PATCH
 
-OF_TARGET = {"half_sphere": "bowl", "half_space": "cylinder", "block": "box"}
 MARGIN, COARSE = 3.0, 1.5
 """Local mean radii from the walls and the datum at which the bulk of graded grains begins, and the mean radius over
 that at the impact from which on grains are coarse."""
@@ -81,18 +81,13 @@ def maker(
     return lambda out: make(settings, ground, container, out, patch, block_file.of_target(target) if target else None)
 
 
-def make(
-    settings: Settings,
-    ground: FlatGround,
-    container: Container,
-    out: Path,
-    patch: Mapping[str, Any] | None = None,
-    blocks: Particles | None = None,
-) -> None:
-    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
-    rest."""
+def _grains(
+    settings: Settings, ground: FlatGround, container: Container, blocks: Particles | None
+) -> tuple[FlatSettling, grading.Grading, BlockGrains | None]:
+    """Grains in the container before they settle, their sizes, and the blocks among them."""
     seed = np.random.SeedSequence(settings.seed)
     hexagonal, loose = settings.packing.startswith("hcp"), None
+    limit, speed = bed_files.RESIDUAL_SPEED, settings.largest_speed
     if hexagonal:
         points, equal = grain_packing.hexagonal_in(settings.count, container, tilted=settings.packing == "hcp_tilted")
         radius, sizes = np.full(len(points), equal), grading.Grading(equal, container.radius, 0.0)
@@ -113,13 +108,22 @@ def make(
     if large is not None and len(large.number) and loose is not None:
         about = LooseRoundBlocks.about(loose, large, radius)
         some = about.between(points, radius)
-        limit, speed = bed_files.RESIDUAL_SPEED, settings.largest_speed
-        work: FlatSettling = BlockSettling(points[some], radius[some], about, limit, settings.contact, speed)
-    else:
-        work = FlatSettling(
-            points, radius, ground, container, settings.contact, bed_files.RESIDUAL_SPEED, hexagonal,
-            settings.largest_speed, loose,
-        )  # fmt: skip
+        return BlockSettling(points[some], radius[some], about, limit, settings.contact, speed), sizes, large
+    work = FlatSettling(points, radius, ground, container, settings.contact, limit, hexagonal, speed, loose)
+    return work, sizes, large
+
+
+def make(
+    settings: Settings,
+    ground: FlatGround,
+    container: Container,
+    out: Path,
+    patch: Mapping[str, Any] | None = None,
+    blocks: Particles | None = None,
+) -> None:
+    """``bed.vtkhdf``, ``bed_report.json``, ``bed.png`` in ``out``. Raises ``Unsound`` when the bed did not come to
+    rest."""
+    work, sizes, large = _grains(settings, ground, container, blocks)
     bed, facts = finish(work, out)
     edge = float(sizes.at(np.array([container.radius]))[0])
     width = bed_files.DAMPED_LAYERS * 2.0 * edge
@@ -127,8 +131,8 @@ def make(
     container = replace(container, damped_width=width, damping_rate=rate)
     report = report_of(bed, ground, container, {**facts, "inflation_of_gravity": work.inflation})
     report |= across_sizes(bed, container, sizes)
-    if loose is not None:
-        report["packing_fraction_meant"] = filled
+    if work.loose is not None:
+        report["packing_fraction_meant"] = work.loose.mean(work.loose.fraction)
     of_body: dict[str, Any] = {} if patch is None else {PATCH: dict(patch)}
     report |= of_body
     names, fields = list(dict.fromkeys(ground.materials)), {}
@@ -195,7 +199,7 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "packing_fraction": bed_measures.bulk_fraction(
             bed.X[:, :3], bed.X[:, RADIUS], container, bed_measures.BULK_MARGIN * bed.mean_radius
         ),
-        "packing_fraction_with_walls": grains / container.volume(container.floor, 0.0),
+        "packing_fraction_with_walls": grains / container.volume_between(container.floor, 0.0),
         "coordination_number": z,
         "coordination_number_bulk": bed_measures.coordination(bed, inner)[0] if inner.any() else float("nan"),
         "rattler_share": rattlers,

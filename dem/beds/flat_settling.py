@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.grain_packing import FRACTION, HEXAGONAL
 from dem.beds.loose_packing import LooseBed

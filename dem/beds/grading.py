@@ -18,7 +18,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dem.beds import extent
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from matter.case.body import Impact
 
 FINE = 1.3
@@ -87,7 +87,7 @@ def _cells(container: Container) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         up = low + (np.arange(_CELLS) + 0.5) * (high - low) / _CELLS
         position = np.stack(np.meshgrid(across, across, up, indexing="ij"), axis=-1).reshape(-1, 3)
         position = position[container.depth_inside(position) > 0.0]
-        even = np.full(len(position), container.volume(low, high) / len(position))
+        even = np.full(len(position), container.volume_between(low, high) / len(position))
         parts.append((np.linalg.norm(position, axis=1), even, np.full(len(position), low < 0.0)))
     distance, volume, below = (np.concatenate(column) for column in zip(*parts))
     return distance, volume, below

@@ -7,7 +7,7 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from dem.beds import bed_measures, grain_packing
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_domain import Cap
 from dem.beds.layered_body import LayeredBody
 from dem.contact.settings import SPECIES, Contact
 from dem.grains.assembly import Assembly
@@ -18,7 +18,7 @@ LEVEL_GAIN = 2.0
 estimate is too small."""
 
 
-def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: Domain, contact: Contact) -> Particles:
+def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: Cap, contact: Contact) -> Particles:
     """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal
     packing fraction.
 
@@ -33,7 +33,7 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
     if bed is None:
         mass = rho * volume / grain_packing.FRACTION
     else:
-        top = min(domain.datum_radius + 3.0 * mean, float(np.percentile(distance, 99.0)))
+        top = min(domain.datum + 3.0 * mean, float(np.percentile(distance, 99.0)))
         shells = bed_measures.Shells(grains.position, grains.radius, domain, 0.25 * mean, top)
         phi = shells.smooth(np.asarray(shells.grain_volume.sum(axis=0)).ravel(), 5.0 * mean)
         grain_density = rho / np.interp(distance, shells.middle, phi)
@@ -45,12 +45,12 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
             fit = isotonic_regression(grain_density[outwards], weights=volume[outwards], increasing=False)
             grain_density[outwards] = fit.x
         mass = grain_density * volume
-        below = distance <= domain.datum_radius
-        mass *= body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle) / mass[below].sum()
+        below = distance <= domain.datum
+        mass *= body.mass_between(domain.floor, domain.datum, domain.solid_angle) / mass[below].sum()
     layer = body.layer_of(distance)
     names = list(dict.fromkeys(body.materials))
     material, species, stiffness = (np.empty(len(grains)) for _ in range(3))
-    floor = float(body.pressure(np.array(domain.core_radius)))
+    floor = float(body.pressure(np.array(domain.floor)))
     for k, name in enumerate(body.materials):
         here = layer == k
         material[here], species[here] = names.index(name), contact.species_of(name)
@@ -60,7 +60,7 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
     return Particles(fields, grains.attributes, grains.tables)
 
 
-def levelled(grains: Particles, bed: Assembly, domain: Domain, g: float) -> Particles:
+def levelled(grains: Particles, bed: Assembly, domain: Cap, g: float) -> Particles:
     """The grains with the weight of the solid layer on the liquid one levelled, so that the bed does not slosh in
     its cone.
 
@@ -71,7 +71,7 @@ def levelled(grains: Particles, bed: Assembly, domain: Domain, g: float) -> Part
     solid = grains.species != SPECIES.index("ocean")
     if not solid.any() or solid.all():
         return grains
-    radius = domain.datum_radius
+    radius = domain.datum
     thickness = float(np.sum(grains.mass[solid] / grains.density[solid])) / (domain.solid_angle * radius**2)
     slope = LEVEL_GAIN * bed_measures.creep(bed) * float(bed.drag[0]) / (g * thickness)
     mass = grains.mass.copy()

@@ -18,8 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container, Domain
 from dem.beds.grading import Grading
 from dem.contact import walls
 from dem.contact.columns import RADIUS
@@ -39,17 +38,17 @@ EXCHANGE = 0.01
 """Relative change of radius that is asked for per exchange, for a pressure twice that of the neighbours."""
 
 
-def radii(count: int, spread: float, domain: Domain, seed: np.random.SeedSequence) -> np.ndarray:
+def radii(count: int, spread: float, domain: Cap, seed: np.random.SeedSequence) -> np.ndarray:
     """Radii [m] uniform within +-``spread`` about a mean at which ``count`` grains fill the domain."""
     shape = np.random.default_rng(seed).uniform(1.0 - spread, 1.0 + spread, count)
-    volume = domain.volume(domain.core_radius, domain.top_radius)
+    volume = domain.volume_between(domain.floor, domain.top)
     return shape * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(shape**3))) ** (1.0 / 3.0)
 
 
-def random_points(radius: np.ndarray, domain: Domain, seed: np.random.SeedSequence) -> np.ndarray:
+def random_points(radius: np.ndarray, domain: Cap, seed: np.random.SeedSequence) -> np.ndarray:
     """Centres uniform over the part of the domain that each grain can reach, shape (n, 3)."""
     rng = np.random.default_rng(seed)
-    inner, outer = domain.core_radius + radius, domain.top_radius - radius
+    inner, outer = domain.floor + radius, domain.top - radius
     r = np.cbrt(rng.uniform(inner**3, outer**3))
     largest = domain.half_angle - np.arcsin(np.minimum(radius / r, 1.0))
     cosine = rng.uniform(np.cos(largest), 1.0)
@@ -89,7 +88,7 @@ def contained(
         todo = todo[~wanted | (container.depth_inside(points[todo]) < 0.0)]
     points = container.drawn_in(points, radius)
     radius = shape * grading.local(points)
-    volume = container.volume(container.floor, container.top)
+    volume = container.volume_between(container.floor, container.top)
     radius *= (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(radius**3))) ** (1.0 / 3.0)
     return container.drawn_in(points, radius), radius
 
@@ -103,7 +102,7 @@ def hexagonal_in(count: int, container: Container, tilted: bool = False) -> tupl
     The radius is that at which about ``count`` fit. Raises ``InputError`` when the container holds too few for that.
     """
     reach = math.hypot(math.sqrt(2.0) * container.radius, max(container.top, -container.floor)) * 1.01
-    volume = container.volume(container.floor, container.top)
+    volume = container.volume_between(container.floor, container.top)
     radius = (HEXAGONAL * volume / count * 3.0 / (4.0 * math.pi)) ** (1.0 / 3.0)
     best: tuple[int, np.ndarray, float] | None = None
     for _ in range(16):
@@ -138,7 +137,7 @@ def _wall_overlaps(X, rows, out):
                 out[i] += X[i, RADIUS] - d
 
 
-def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: np.ndarray) -> None:
+def exchange_radii(bed: Assembly, domain: Domain, lid: bool, which: np.ndarray) -> None:
     """Let the radii among the grains ``which`` (mask) be exchanged by a small step: squeezed grains shrink, loose
     ones grow.
 
@@ -157,10 +156,10 @@ def exchange_radii(bed: Assembly, domain: Domain | Container, lid: bool, which: 
         _wall_overlaps(bed.X, bed.walls, load)
     else:
         distance = np.linalg.norm(bed.X[:, :3], axis=1)
-        load += np.maximum(0.0, radius - distance + domain.core_radius)
+        load += np.maximum(0.0, radius - distance + domain.floor)
         load += np.maximum(0.0, radius - distance * np.sin(domain.half_angle - domain.polar_angle(bed.X[:, :3])))
         if lid:
-            load += np.maximum(0.0, radius + distance - domain.top_radius)
+            load += np.maximum(0.0, radius + distance - domain.top)
     pressure = load / radius**2
     around = np.bincount(first, pressure[second], minlength=n) + np.bincount(second, pressure[first], minlength=n)
     count = np.bincount(first, minlength=n) + np.bincount(second, minlength=n)

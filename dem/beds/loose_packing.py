@@ -30,8 +30,7 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.grain_packing import FRACTION
 from dem.beds.layered_body import LayeredBody
@@ -58,7 +57,7 @@ AFTER = 2.0
 FEWEST = 50
 """Grains of a layer that make a bulk whose fraction is worth measuring."""
 
-D = TypeVar("D", Container, Domain)
+D = TypeVar("D", Container, Cap)
 Draw = Callable[[np.ndarray, D, np.random.SeedSequence], np.ndarray]
 
 
@@ -90,14 +89,14 @@ class LooseBed(Generic[D]):
     def mean(self, fraction: np.ndarray) -> float:
         """Mean by volume over the domain of something of each layer (layers,)."""
         edges = np.linspace(self.domain.floor, self.domain.top, 2001)
-        volume = np.array([self.domain.volume(a, b) for a, b in itertools.pairwise(edges)])
+        volume = np.array([self.domain.volume_between(a, b) for a, b in itertools.pairwise(edges)])
         layer = self.ground.layer_of(0.5 * (edges[1:] + edges[:-1]))
         return float(volume @ fraction[layer] / volume.sum())
 
     def filled(self, domain: D, mean_radius: float, lid: bool = True) -> float:
         """Volume [m^3] of a domain that a packing fills as it does its bulk: without a layer along walls and lid."""
         inner = domain.inset(ALONG_WALLS * mean_radius)
-        return inner.volume(inner.floor, inner.top if lid else domain.top)
+        return inner.volume_between(inner.floor, inner.top if lid else domain.top)
 
     def radii(self, radius: np.ndarray) -> np.ndarray:
         """These radii in proportion, before they grow, so that the grains at rest fill the domain."""
@@ -111,7 +110,7 @@ class LooseBed(Generic[D]):
         mean = float(radius.mean())
         missing = _volume(GROWN * radius) / self.mean(begins(self.fraction)) - self.filled(self.domain, mean)
         inner = self.domain.inset(ALONG_WALLS * mean)
-        return self.domain.raised(missing * mean / inner.volume(inner.datum, inner.datum + mean))
+        return self.domain.raised(missing * mean / inner.volume_between(inner.datum, inner.datum + mean))
 
     def begins_at(self, position: np.ndarray) -> np.ndarray:
         """How densely the layers of these positions (n, 3) begin, over the densest."""

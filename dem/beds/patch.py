@@ -38,6 +38,7 @@ from dem.beds.solid_body import SolidBody
 from matter.case.at_rest import AtRest
 from matter.case.body import Target
 from matter.errors import InputError
+from matter.geometry.ground_region import OF_TARGET
 from matter.solids import attraction
 from matter.solids.body_shape import Shape
 from matter.solids.placed import PATCH, Placed
@@ -50,7 +51,7 @@ WIDEST = 0.1
 """Largest radius, and depth, of the bed over the least radius of curvature of the ground within it."""
 THIN = 0.9
 """Least distance of the floor's middle from the ground, over its depth below the site."""
-_SHAPES = {"bowl": "half_sphere", "cylinder": "half_space", "box": "block"}
+_SHAPES = {bed: ground for ground, bed in OF_TARGET.items()}
 _FEWEST = 12
 
 

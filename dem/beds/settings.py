@@ -7,12 +7,12 @@ from typing import Annotated, Literal
 from pydantic import Field, model_validator
 
 from dem.beds import extent
-from dem.beds.container import SHAPES
 from dem.contact.settings import Contact
 from matter.case.at_rest import Densities
 from matter.case.body import Impact, Model, Target
 from matter.case.identity_fields import Follows, NotIdentity
-from matter.case.quantity import PositiveLength, PositiveSpeed, PositiveTime
+from matter.case.quantity import PositiveLength, PositiveSpeed
+from matter.geometry.ground_region import SHAPES
 
 
 class Settings(Model):
@@ -60,10 +60,6 @@ class Settings(Model):
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
     (``dem.beds.flat_settling.stiffness``)."""
-    pull_interval: Annotated[PositiveTime | None, Follows()] = None
-    """Time between two evaluations of the grains' own attraction, on an ellipsoid or mesh; between them it turns with
-    the body. None: a 500th of the time of an orbit about a body as dense as its grains
-    (``dem.grains.self_gravity``)."""
 
     @model_validator(mode="after")
     def _fit_for_blocks(self) -> Settings:

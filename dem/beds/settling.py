@@ -16,7 +16,7 @@ import numba
 import numpy as np
 
 from dem.beds import bed_measures, grain_masses, grain_packing
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_domain import Cap
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import LooseBed
 from dem.beds.relaxation import Fire
@@ -61,7 +61,7 @@ class Settling:
     """Numbers of the settling that a checkpoint holds besides the assembly."""
 
     def __init__(
-        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Domain, contact: Contact,
+        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Cap, contact: Contact,
         limit: float, loose: LooseBed | None = None,
     ):  # fmt: skip
         self.body, self.domain, self.contact, self.limit, self.loose = body, domain, contact, limit, loose
@@ -91,13 +91,13 @@ class Settling:
 
     def springs_of_weight(self) -> bool:
         """Whether grains wait for their fall, not for waves: springs for the weight alone, that of a small body."""
-        floor = float(self.body.pressure(np.array(self.domain.core_radius)))
+        floor = float(self.body.pressure(np.array(self.domain.floor)))
         top = len(self.body.materials) - 1
         return self.contact.of_weight(self.body.materials[top], floor, self.body.solid_densities[top])
 
     def height(self) -> float:
         """Height of bed and headroom [m]."""
-        return self.domain.top_radius - self.domain.core_radius
+        return self.domain.top - self.domain.floor
 
     def span(self) -> float:
         """Height of bed and headroom, or, of falling grains, the way of a wave in sqrt(r/g) if that is longer [m]."""

@@ -59,9 +59,7 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
         fraction = friction_angle.measure(settings.contact)["fraction"]
         radius, sinks = solid_packing.loosely(radius, body.solid, fraction)
     points = solid_packing.centres(radius, body.solid, body.distance, seeds[1])
-    work = SolidSettling(
-        points, radius, body, settings.contact, bed_files.RESIDUAL_SPEED, settings.pull_interval, sinks
-    )
+    work = SolidSettling(points, radius, body, settings.contact, bed_files.RESIDUAL_SPEED, sinks)
     bed, facts = finish(work, out)
     slope = slopes.surface_slopes(body, bed.mean_radius)
     report = report_of(bed, work, settings, slope) | facts

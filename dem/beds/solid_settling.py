@@ -61,8 +61,7 @@ def stiffness(radius: np.ndarray, mass: np.ndarray, body: SolidBody, contact: Co
 
 
 class SolidSettling(Settling):
-    """The settling of a whole body; ``interval`` [s] between two evaluations of its own pull, or None;
-    the body stands out of its surface by what it ``sinks`` [m] by later."""
+    """The settling of a whole body, which stands out of its surface by what it ``sinks`` [m] by later."""
 
     plan = PHASES
     rest_limit = 40
@@ -70,9 +69,9 @@ class SolidSettling(Settling):
 
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, body: SolidBody, contact: Contact, limit: float,
-        interval: float | None = None, sinks: float = 0.0,
+        sinks: float = 0.0,
     ):  # fmt: skip
-        self.ground, self.interval = body, interval
+        self.ground = body
         self.stand = solid_packing.PROUD * float(radius.mean()) + sinks
         self.most_removed, self.correction = 0.0, 0.0
         self.contact, self.limit = contact, limit
@@ -106,7 +105,7 @@ class SolidSettling(Settling):
     def _begin(self, grains: Particles) -> None:
         """Grains with the laws and the forces of the present phase."""
         now = self.plan[self.phase]
-        pull = None if now.fire else SelfGravity(interval=self.interval)
+        pull = None if now.fire else SelfGravity()
         self.bed = Assembly(
             grains,
             self.smooth_contact if now.fire else self.contact,
@@ -207,7 +206,7 @@ class SolidSettling(Settling):
             self.contact,
             gravity=self.gravity,
             threads=threads_for(len(self.rested)),
-            extras=Extras(self_gravity=SelfGravity(interval=self.interval), outer=() if tide is None else (tide,)),
+            extras=Extras(self_gravity=SelfGravity(), outer=() if tide is None else (tide,)),
         )
 
     # -- grains

@@ -31,7 +31,7 @@ from dem.beds import (
     settling,
     solid_bed,
 )
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_domain import Cap
 from dem.beds.blocks import block_grains
 from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
@@ -65,7 +65,7 @@ BODY_STEPS, BODY_GROWTH = 21_500, 0.36
 idle_sources = used_contact_laws.of_bed
 
 
-def domain_of(settings: Settings, body: LayeredBody) -> Domain:
+def domain_of(settings: Settings, body: LayeredBody) -> Cap:
     """The domain that the settings ask for; ``InputError`` when the body cannot hold it."""
     if settings.depth is not None:
         core = body.radius - settings.depth
@@ -86,10 +86,10 @@ def domain_of(settings: Settings, body: LayeredBody) -> Domain:
     top = body.radius + settings.headroom_fraction * settings.impact.expected_transient_diameter
     floor_layer = int(body.layer_of(np.array([core]))[0])
     species = settings.contact.species_of(body.materials[floor_layer])
-    return Domain(core, body.radius, top, angle, 0.0, 0.0, species)
+    return Cap(core, body.radius, top, angle, 0.0, 0.0, species)
 
 
-def _damped(domain: Domain, settings: Settings, mean_radius: float, wave_speed: float) -> Domain:
+def _damped(domain: Cap, settings: Settings, mean_radius: float, wave_speed: float) -> Cap:
     """The domain with its damped layer: an outgoing wave is down to 5 % when it has come back from the cone."""
     width = bed_files.DAMPED_LAYERS * 2.0 * mean_radius
     rate = 4.5 * wave_speed / width if width > 0.0 else 0.0
@@ -194,7 +194,7 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     return lambda out: _make(settings, body, domain, out)
 
 
-def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> None:
+def _make(settings: Settings, body: LayeredBody, domain: Cap, out: Path) -> None:
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius, loose = grain_packing.radii(settings.count, settings.radius_spread, domain, seeds[0]), None
     if settings.packing == "loose":
@@ -219,12 +219,12 @@ def _make(settings: Settings, body: LayeredBody, domain: Domain, out: Path) -> N
     )
 
 
-def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, float]) -> dict[str, Any]:
+def _report(bed: Assembly, body: LayeredBody, domain: Cap, facts: dict[str, float]) -> dict[str, Any]:
     """Everything that says how good the bed is."""
     g = float(body.gravity().strength(np.array(body.radius)))
     distance = np.linalg.norm(bed.X[:, :3], axis=1)
     below = bed.headroom == 0
-    shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, RADIUS], domain, 0.25 * bed.mean_radius, domain.datum_radius)
+    shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, RADIUS], domain, 0.25 * bed.mean_radius, domain.datum)
     window = 5.0 * bed.mean_radius
     volume = 4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3
     phi = shells.smooth(np.asarray(shells.grain_volume.sum(axis=0)).ravel(), window)
@@ -233,13 +233,13 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
     radial, tangential = bed_measures.radial_stress(bed, shells, window)
     pressure = shells.smooth(body.pressure(shells.middle) * shells.volume, window)
     z, rattlers = bed_measures.coordination(bed, below)
-    mass = body.mass_between(domain.core_radius, domain.datum_radius, domain.solid_angle)
-    area = domain.solid_angle * domain.core_radius**2
+    mass = body.mass_between(domain.floor, domain.datum, domain.solid_angle)
+    area = domain.solid_angle * domain.floor**2
     return {
         "grains": len(bed.X),
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
-        "headroom_height_m": float(np.percentile(distance + bed.X[:, RADIUS], 99.0) - domain.datum_radius),
+        "headroom_height_m": float(np.percentile(distance + bed.X[:, RADIUS], 99.0) - domain.datum),
         "packing_fraction": float(np.average(phi, weights=shells.volume)),
         "coordination_number": z,
         "rattler_share": rattlers,
@@ -248,7 +248,7 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
         "mass_error": float(bed.mass[below].sum() / mass - 1.0),
         "density_error_max": float(np.abs(density / wanted - 1.0).max()),
         "floor_pressure_Pa": bed_measures.floor_force(bed) / area,
-        "floor_pressure_target_Pa": float(body.pressure(np.array(domain.core_radius))),
+        "floor_pressure_target_Pa": float(body.pressure(np.array(domain.floor))),
         "overlap": bed_measures.overlaps(bed),
         "time_step_s": bed.dt,
         **facts,
@@ -265,7 +265,7 @@ def _report(bed: Assembly, body: LayeredBody, domain: Domain, facts: dict[str, f
     }
 
 
-def _picture(bed: Assembly, domain: Domain, report: dict[str, Any], path: Path) -> None:
+def _picture(bed: Assembly, domain: Cap, report: dict[str, Any], path: Path) -> None:
     from dem.beds import bed_pictures
 
     bed_pictures.bed(bed, domain, report, path)

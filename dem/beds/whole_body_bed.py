@@ -22,13 +22,13 @@ from matter.particles import Particles
 
 @dataclass(frozen=True)
 class WholeBody:
-    """``datum_radius`` [m]: that of the ball of the body's volume; ``omega`` (3,) [1/s] its rotation at the start;
+    """``datum`` [m]: radius of the ball of the body's volume; ``omega`` (3,) [1/s] its rotation at the start;
     ``hill_radius`` [m] that of its Hill sphere, where it has a companion."""
 
-    datum_radius: float
+    datum: float
     omega: tuple[float, float, float]
-    core_radius: float = 0.0
-    top_radius: float = 0.0
+    floor: float = 0.0
+    top: float = 0.0
     half_angle: float = np.pi
     hill_radius: float = np.inf
 
@@ -54,7 +54,7 @@ class WholeBody:
 
     def as_attribute(self) -> dict[str, Any]:
         """Plain values for a snapshot's attribute ``domain`` (with the snapshot's ``frame`` = ``solid``)."""
-        return {"shape": "whole", "radius_m": self.datum_radius, "angular_velocity_1_s": list(self.omega)}
+        return {"shape": "whole", "radius_m": self.datum, "angular_velocity_1_s": list(self.omega)}
 
     @staticmethod
     def of_attribute(values: dict[str, Any]) -> WholeBody:

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from dem.beds import settling
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container, Domain
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.solid_body import SolidBody
@@ -86,8 +85,8 @@ class Due:
     snapshots: int = 0
 
 
-DOMAINS: dict[str, type[Domain | Container | WholeBody]] = {
-    "plane": Container, "sphere": Domain, "solid": WholeBody
+DOMAINS: dict[str, type[Domain | WholeBody]] = {
+    "plane": Container, "sphere": Cap, "solid": WholeBody
 }  # fmt: skip
 """Where grains lie, by the frame of the start."""
 
@@ -101,7 +100,7 @@ class Collapse:
         frame = start.attributes.get("frame", "sphere")
         if {"plane": FlatGround, "solid": SolidBody}.get(frame, LayeredBody) is not type(body):
             raise InputError("the start and target.json do not share a frame: flat ground, a sphere or another solid")
-        self.domain: Domain | Container | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
+        self.domain: Domain | WholeBody = DOMAINS[frame].of_attribute(start.attributes["domain"])
         self.tracker = PoseTracker(start) if frame == "solid" else None
         self.domain = whole_body_collapse.with_hill_sphere(self.domain, body)
         start["stiffness"] = capped_stiffness(start)
@@ -124,8 +123,7 @@ class Collapse:
         handed = handed_energy(self.bed, body.surface_gravity)
         self.following = None
         if settings.stiffness == "following" and not isinstance(body, SolidBody):
-            floor = self.domain.floor if isinstance(self.domain, Container) else self.domain.core_radius
-            self.following = Following(self.bed, float(body.pressure(np.array(floor))), handed)
+            self.following = Following(self.bed, float(body.pressure(np.array(self.domain.floor))), handed)
         self.carried = {k: v for k, v in start.attributes.items() if k not in ("time", "stage")} | {
             "domain": self.domain.as_attribute()
         }

@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.whole_body_bed import WholeBody

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container, Domain
 from dem.beds.whole_body_bed import WholeBody, bound
 from dem.contact.columns import RADIUS, TOUCHING
 from dem.grains.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
@@ -22,7 +21,7 @@ CHANGES = (
 """What a grain can be due for: its next state, and why it leaves."""
 
 
-def look(bed: Assembly, domain: Domain | Container | WholeBody) -> None:
+def look(bed: Assembly, domain: Domain | WholeBody) -> None:
     """Move grains between the contact search, free flight and the books (at a full step).
 
     The *shell* is the highest touching grain or the top of the domain, whichever is higher, and two radii more: above
@@ -42,48 +41,41 @@ def look(bed: Assembly, domain: Domain | Container | WholeBody) -> None:
             bed.change_states(np.isin(bed.identity, wanted), state, reason)
 
 
-def _due(bed: Assembly, domain: Domain | Container | WholeBody) -> np.ndarray:
+def _due(bed: Assembly, domain: Domain | WholeBody) -> np.ndarray:
     """(n,) which of ``CHANGES`` each grain is due for, counted from 1; 0 for none."""
     flat = isinstance(domain, Container)
     position = bed.X[:, :3] - _centre(bed) if isinstance(domain, WholeBody) else bed.X[:, :3]
     distance = bed.X[:, 2] if flat else np.linalg.norm(position, axis=1)
-    top_level, floor_level = (
-        (domain.top, domain.floor) if isinstance(domain, Container) else (domain.top_radius, domain.core_radius)
-    )
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed.touching()
     touching[first] = touching[second] = True
     touching |= np.any(bed.wall_history[:, : len(bed.walls), TOUCHING] != 0.0, axis=1)
     largest = float(bed.X[:, RADIUS].max())
-    top = float(np.max((distance + bed.X[:, RADIUS])[touching], initial=top_level))
+    top = float(np.max((distance + bed.X[:, RADIUS])[touching], initial=domain.top))
     shell = top + 2.0 * largest
     outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", position, bed.W[:, :3]) > 0.0
     outside = domain.outside(bed.X[:, :3])
     speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
     if isinstance(domain, WholeBody):
-        stays, far = bound(bed, distance), min(BODY_RADII, domain.hill_radius / domain.datum_radius)
+        stays, far = bound(bed, distance), min(BODY_RADII, domain.hill_radius / domain.datum)
     else:
         stays, far = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0, ESCAPE_RADII
     active, flying = bed.state == ACTIVE, bed.state == BALLISTIC
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
-    aside = active & outside & (distance < top_level)
+    aside = active & outside & (distance < domain.top)
     across = (
         ~outside
         & (domain.side_depth(bed.X[:, :3]) < bed.X[:, RADIUS])
         & ~outward
-        & (distance >= top_level)
-        & (distance < top_level + reach)
+        & (distance >= domain.top)
+        & (distance < domain.top + reach)
     )
     launched = active & ~touching & ~aside & (((distance - bed.X[:, RADIUS] > shell) & outward) | outside)
     # under uniform gravity nothing escapes
-    escaped = (
-        np.zeros(len(flying), dtype=bool)
-        if isinstance(domain, Container)
-        else flying & ~stays & (distance > far * domain.datum_radius)
-    )
-    past_side = flying & outside & ~outward & (distance < top_level)
-    past_side |= flying & (distance < floor_level)
+    escaped = np.zeros(len(flying), dtype=bool) if flat else flying & ~stays & (distance > far * domain.datum)
+    past_side = flying & outside & ~outward & (distance < domain.top)
+    past_side |= flying & (distance < domain.floor)
     past_side |= across & (flying | (active & ~touching))
     back = flying & ~outside & ~outward & (distance < shell + reach)
     if back.any():
@@ -125,12 +117,12 @@ def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarra
     return mask
 
 
-def damp(bed: Assembly, domain: Domain | Container | WholeBody) -> None:
+def damp(bed: Assembly, domain: Domain | WholeBody) -> None:
     """Set the damping of the outermost grains for where they are now; what flies is not damped."""
     drag = domain.drag(bed.X[:, :3])
     drag[bed.active :] = 0.0
     if isinstance(domain, Container):
         drag[bed.X[:, 2] > domain.top] = 0.0
     else:
-        drag[np.einsum("ij,ij->i", bed.X[:, :3], bed.X[:, :3]) > domain.top_radius**2] = 0.0
+        drag[np.einsum("ij,ij->i", bed.X[:, :3], bed.X[:, :3]) > domain.top**2] = 0.0
     bed.drag[:] = drag

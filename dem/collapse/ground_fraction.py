@@ -16,7 +16,6 @@ import numpy as np
 
 from dem.beds import bed_measures
 from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
 from matter.files import snapshot
 from matter.particles import Particles
 
@@ -26,7 +25,7 @@ FEWEST = 100
 """Grains in the ring below which nothing is said."""
 
 
-def in_ring(position: np.ndarray, domain: Container | Domain, crater_radius: float) -> np.ndarray:
+def in_ring(position: np.ndarray, domain: Domain, crater_radius: float) -> np.ndarray:
     """Which of these positions (n, 3) lie in the ring, as a mask."""
     away, depth = domain.along(position), domain.datum - domain.height(position)
     return np.asarray(
@@ -37,7 +36,7 @@ def in_ring(position: np.ndarray, domain: Container | Domain, crater_radius: flo
     )
 
 
-def measured(grains: Particles, domain: Container | Domain, crater_radius: float) -> float | None:
+def measured(grains: Particles, domain: Domain, crater_radius: float) -> float | None:
     """Solid fraction of the ring; None where it holds fewer than ``FEWEST`` grains."""
     rests = grains.state == 0 if "state" in grains else np.ones(len(grains), dtype=bool)
     position, radius = grains.position[rests], grains.radius[rests]
@@ -49,7 +48,7 @@ def report(out: Path, domain: Any, carried: Mapping[str, Any]) -> dict[str, Any]
     """``ground_fraction`` of the snapshots in a folder: times, fractions, the first (``before``), the least and the
     last (``at_rest``). Empty for a whole body, and where the ring holds too few grains at some time."""
     diameter = carried.get("measuring", {}).get("expected_transient_diameter_m")
-    if not isinstance(domain, Container | Domain) or not diameter:
+    if not isinstance(domain, Domain) or not diameter:
         return {}
     times, fractions = [], []
     for path in snapshot.series(out):

@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container, Domain
 from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import ACTIVE, Assembly
@@ -19,9 +18,7 @@ COLUMN = 2.0
 """Width of a column and of a ring, in mean grain radii."""
 
 
-def surface_profile(
-    bed: Assembly, domain: Domain | Container | WholeBody, tracker: PoseTracker | None = None
-) -> np.ndarray:
+def surface_profile(bed: Assembly, domain: Domain | WholeBody, tracker: PoseTracker | None = None) -> np.ndarray:
     """Mean height [m] of the top of the bed above the datum in rings about the axis; nan where a ring is empty. Of a
     whole body, which turns, in the frame in which it rests (``tracker``).
 
@@ -42,10 +39,10 @@ def surface_profile(
     else:
         distance = np.linalg.norm(x[:, :3], axis=1)
         angle = domain.polar_angle(x[:, :3])
-        flat = 2.0 * domain.datum_radius * np.sin(0.5 * angle)
+        flat = 2.0 * domain.datum * np.sin(0.5 * angle)
         plan = flat / np.maximum(np.hypot(x[:, 0], x[:, 1]), 1e-300)
-        level, inside = distance + x[:, RADIUS] - domain.datum_radius, angle <= domain.half_angle
-        reach = 2.0 * domain.datum_radius * np.sin(0.5 * domain.half_angle)
+        level, inside = distance + x[:, RADIUS] - domain.datum, angle <= domain.half_angle
+        reach = 2.0 * domain.datum * np.sin(0.5 * domain.half_angle)
     half = int(np.ceil(reach / size)) + 1
     column = (
         (np.floor(x[:, 0] * plan / size).astype(int) + half) * (2 * half + 1)

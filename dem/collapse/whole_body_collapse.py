@@ -42,7 +42,7 @@ def forces(body: object, settings: Settings) -> tuple[SelfGravity | None, tuple[
         return None, ()
     check(settings)
     tide = body.tide(turning=False)
-    return SelfGravity(interval=settings.pull_interval), () if tide is None else (tide,)
+    return SelfGravity(), () if tide is None else (tide,)
 
 
 def with_hill_sphere(domain: Region, body: object) -> Region:

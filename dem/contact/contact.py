@@ -210,7 +210,7 @@ def contact(kinematics, bodies, numbers, springs, dt, scheme):
         kept, old = 1.0, 1.0
         if rescale != 0:
             kept, old = (
-                chosen.retained_fraction(scheme.tangential, k, reference_stiffness, rescale),
+                chosen.retained_fraction(scheme.tangential, k, reference_stiffness),
                 reference_stiffness / k,
             )
         before = 0.5 * kt * (sx * sx + sy * sy + sz * sz)

@@ -18,8 +18,8 @@ class Scheme(NamedTuple):
     """The choices; each is a constant to the compiler, so that a case pays for no law that it does not use.
 
     ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families
-    (``dem.laws.dispatch``); ``rescale`` what springs keep when their stiffness changes, a rule of the tangential law's
-    own (0: springs of constant stiffness); ``offset`` 1: contacts carry an offset to their overlap
+    (``dem.laws.dispatch``); ``rescale`` 1: the stiffness of springs follows the contact
+    (``retained_fraction`` of the tangential law); ``offset`` 1: contacts carry an offset to their overlap
     (``dem.stiffness.change``); ``attract`` 1: grains attract each other (``dem.grains.self_gravity``).
     """
 

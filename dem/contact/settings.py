@@ -7,7 +7,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
-from pydantic import Field, create_model, model_validator
+from pydantic import Field, model_validator
 
 from dem.contact import rest_springs, walls
 from dem.contact.columns import (
@@ -31,8 +31,8 @@ from dem.laws.dispatch import FAMILIES, between, smaller
 from matter.case import material
 from matter.case.body import Model
 from matter.case.identity_fields import Follows
-from matter.case.quantity import Angle, PositiveSpeed
-from matter.compilation.law_family import Family, keys
+from matter.case.quantity import Angle
+from matter.compilation.law_family import Family
 from matter.particles import Particles
 
 LIQUIDS = ("water", "water_thesis")
@@ -48,13 +48,11 @@ dashpot and booked."""
 if TYPE_CHECKING:
     NormalName = str
     CohesionName = str
-    _Choices = Model
 else:
-    _Choices = create_model("_Choices", __base__=Model, **keys(FAMILIES, "Choices"))
     NormalName, CohesionName = (Literal.__getitem__(f.names) for f in (dispatch.NORMAL, dispatch.COHESION))
 
 
-class Contact(_Choices):
+class Contact(Model):
     """How grains touch: one set of parameters for solid grains (``shell``), one for liquid ones (``ocean``).
 
     A pair of different species takes the softer spring and the smaller of each friction, shape, restitution and
@@ -84,11 +82,6 @@ class Contact(_Choices):
     """Time step = shortest contact time / this."""
     overlap_stop: Annotated[float, Field(gt=0.0, lt=2.0)] = 0.5
     """An overlap of two bed grains above this, in radii of the smaller grain, stops the run."""
-
-    expected_speed: Annotated[PositiveSpeed | None, Follows()] = None
-    """Largest closing speed that the step must resolve with ``hertz`` (the grains' own at the start where larger)."""
-    rayleigh_fraction: Annotated[float, Field(gt=0.0, le=1.0), Follows()] = 0.2
-    """Largest step with ``hertz``, over the Rayleigh time of the smallest grain."""
 
     @model_validator(mode="after")
     def _combination(self) -> Contact:
@@ -159,10 +152,6 @@ class Contact(_Choices):
             own[key] = own[key] and own[key] * self.stiffness_factor
         return law.Parameters(**own)
 
-    def choices(self, law: Any) -> Any:
-        """The ``Choices`` of a law: its keys that hold for all species."""
-        return law.Choices(*(getattr(self, key) for key in law.Choices._fields))
-
     @property
     def linear(self) -> bool:
         """Whether k_n is a grain's own, at every overlap."""
@@ -188,9 +177,7 @@ class Contact(_Choices):
     def scheme(self) -> Scheme:
         """What the kernels are compiled for."""
         kinds = {family.key: self.kind(family) for family in FAMILIES}
-        law = self.law(dispatch.TANGENTIAL)
-        rescale = law.rescale(self.choices(law)) if hasattr(law, "retained_fraction") else 0
-        return Scheme(**kinds, rescale=rescale)
+        return Scheme(**kinds, rescale=int(hasattr(self.law(dispatch.TANGENTIAL), "retained_fraction")))
 
     def species_of(self, name: str) -> int:
         """Index into ``SPECIES`` for a material."""
@@ -285,8 +272,8 @@ class Contact(_Choices):
         """Time step [s]: shortest contact time / ``steps_per_contact``.
 
         ``hooke``: pi sqrt(m / 2 k_n), the undamped contact of two equal grains. ``hertz``: the undamped contact of a
-        grain with a rigid wall at the largest of ``expected_speed``, the grains' own speed and sqrt(2 g r), and at
-        most ``rayleigh_fraction`` of the Rayleigh time.
+        grain with a rigid wall at the larger of the grains' own speed and sqrt(2 g r), and at most
+        ``normal_hertz.RAYLEIGH_FRACTION`` of the Rayleigh time.
         """
         if self.linear:
             return shortest_contact_time(grains.mass, grains.stiffness) / self.steps_per_contact
@@ -298,16 +285,13 @@ class Contact(_Choices):
                     np.sqrt(2.0 * np.max(gravity.strength(np.linalg.norm(grains.position, axis=1)) * grains.radius))
                 ),
             )
-        speed = max(speed, self.expected_speed or 0.0)
         longest = np.inf
         for species in range(len(SPECIES)):
             here = grains.species == species
             if here.any():
-                limits = self.values(dispatch.NORMAL, species), self.rayleigh_fraction, self.steps_per_contact
-                longest = min(
-                    longest,
-                    self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *limits),
-                )
+                values = self.values(dispatch.NORMAL, species), self.steps_per_contact
+                step = self.law(dispatch.NORMAL).longest_step(grains.radius[here], grains.mass[here], speed, *values)
+                longest = min(longest, step)
         return longest
 
     def as_attribute(self) -> dict[str, Any]:

@@ -128,31 +128,6 @@ def cylinder(
     )
 
 
-def funnel(
-    lower: tuple[float, float],
-    upper: tuple[float, float],
-    point: Sequence[float] = (0.0, 0.0, 0.0),
-    axis: Sequence[float] = (0.0, 0.0, 1.0),
-    species: int = -1,
-    rims: tuple[bool, bool] = (True, False),
-    outside: bool = False,
-) -> Wall:
-    """A cut cone between the circles ``lower`` and ``upper``, (radius, height) each [m], felt from inside, or from
-    ``outside`` (a mound).
-
-    Equal heights give a flat disc, a floor with a hole, felt from above. ``rims``: whether a grain can touch the edge
-    at the lower and upper circle; not so at a joint with a cylinder.
-    """
-    return Wall(
-        REVOLVED,
-        point,
-        axis,
-        species=species,
-        ends=(upper, lower) if outside else (lower, upper),
-        rims=rims[::-1] if outside else rims,
-    )
-
-
 def rows(walls: Sequence[Wall]) -> np.ndarray:
     """Rows of all walls, shape (w, COLUMNS)."""
     return np.array([wall.row() for wall in walls]).reshape(-1, COLUMNS)

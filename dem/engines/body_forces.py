@@ -6,8 +6,7 @@ import math
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container, Domain
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Scene
 
@@ -41,14 +40,14 @@ def force_commands(scene: Scene) -> list[str]:
     return out
 
 
-def _drag(domain: Domain | Container) -> list[str]:
+def _drag(domain: Domain) -> list[str]:
     """``drag``: the mass times the rate of ``drag`` of the domain, below its top."""
     if isinstance(domain, Container):
         depth, inside = _layer_of_container(domain), f"(z<={domain.top:.17g})"
     else:
-        widths = domain.datum_radius / domain.damped_width
+        widths = domain.datum / domain.damped_width
         depth = f"(1.0-({domain.half_angle:.17g}-acos(z/sqrt(v_squared)))*{widths:.17g})"
-        inside = f"(v_squared<={domain.top_radius**2:.17g})"
+        inside = f"(v_squared<={domain.top**2:.17g})"
     return [
         f'variable depth atom "{depth}"',
         f"variable drag atom "
@@ -65,16 +64,16 @@ def _layer_of_container(container: Container) -> str:
     return f"(1.0-({container.radius:.17g}-{across})/{container.damped_width:.17g})"
 
 
-def aside(domain: Domain | Container) -> list[str]:
+def aside(domain: Domain) -> list[str]:
     """The region ``aside``: beside the domain and below its top. Grains there have left and are taken out, as the
     stage itself does."""
     if isinstance(domain, Container):
         return _aside_of_container(domain)
-    height = domain.top_radius
+    height = domain.top
     low, width = 1e-3 * height, math.tan(domain.half_angle)
     return [
         f"region beside cone z 0 0 {width * low:.17g} {width * height:.17g} {low:.17g} {height:.17g} side out",
-        f"region below sphere 0 0 0 {domain.top_radius:.17g} side in",
+        f"region below sphere 0 0 0 {domain.top:.17g} side in",
         "region aside intersect 2 beside below",
     ]
 

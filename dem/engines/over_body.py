@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_domain import Cap
 from dem.contact.gravity import Field
 
 BOX_LIMIT = 5.0
@@ -19,7 +19,7 @@ _TINY = 1e-300
 class OverBody:
     """The space over the ``domain`` of a body whose ``gravity`` points to its centre."""
 
-    domain: Domain
+    domain: Cap
     gravity: Field
 
     @property
@@ -54,8 +54,8 @@ class OverBody:
         energy = 0.5 * speed**2 - self.gm / r
         apoapsis = np.where(energy < 0.0, self.gm / np.maximum(-energy, _TINY), np.inf)
         rise = np.minimum(apoapsis, r + speed * rest)
-        widest = self.domain.top_radius + 10.0 * largest
-        return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.domain.datum_radius))
+        widest = self.domain.top + 10.0 * largest
+        return float(np.clip(1.02 * np.max(rise), 1.1 * widest, BOX_LIMIT * self.domain.datum))
 
     def past_side(self, x: np.ndarray, travel: np.ndarray) -> np.ndarray:
         """Mask of what can have left through the cone or beside it within ``travel`` (n,) [m]."""

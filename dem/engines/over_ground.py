@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.contact.gravity import Field
 
 BOX_LIMIT = 20.0

@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 
 from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
 from dem.contact.walls import Wall
@@ -36,7 +35,7 @@ class Scene:
     gravity: Field
     dt: float
     reach: float
-    domain: Domain | Container | None = None
+    domain: Domain | None = None
     skin: float = 0.3
     """In mean radii."""
     classes: Classes = field(init=False)

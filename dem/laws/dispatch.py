@@ -59,7 +59,7 @@ tangential_force = TANGENTIAL.choose(
 )
 retained_fraction = TANGENTIAL.choose(
     "retained_fraction",
-    "stiffness, before, rule",
+    "stiffness, before",
     otherwise="1.0",
     rows=False,
     inline=True,

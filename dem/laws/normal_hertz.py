@@ -111,6 +111,10 @@ def contact_time(modulus: float, radius: float, reduced_mass: float, speed: floa
     return float(quad(smooth, 0.0, half, weight="alg", wvar=(-0.2, -0.2))[0])
 
 
+RAYLEIGH_FRACTION = 0.2
+"""Largest step over the Rayleigh time of the smallest grain."""
+
+
 def rayleigh_time(radius: np.ndarray, density: np.ndarray, shear_modulus: float, poisson_ratio: float) -> np.ndarray:
     """Time [s] in which a Rayleigh wave runs half round a grain; explicit steps stay well below it (Thornton & Randall
     1988)."""
@@ -122,14 +126,12 @@ def grain_stiffness(radius: np.ndarray, overlap: float, p: Parameters) -> np.nda
     return np.asarray(2.0 * effective_modulus(p, p) * radius * np.sqrt(0.5 * overlap))
 
 
-def longest_step(
-    radius: np.ndarray, mass: np.ndarray, speed: float, p: Parameters, rayleigh_fraction: float, steps_per_contact: int
-) -> float:
-    """Longest step [s] for grains of one species: the ``rayleigh_fraction`` of the Rayleigh time, and the shortest
+def longest_step(radius: np.ndarray, mass: np.ndarray, speed: float, p: Parameters, steps_per_contact: int) -> float:
+    """Longest step [s] for grains of one species: ``RAYLEIGH_FRACTION`` of the Rayleigh time, and the shortest
     undamped contact with a rigid wall at ``speed`` [m/s] over ``steps_per_contact``."""
     modulus, nu = elastic_constants(p)
     density = mass / (4.0 / 3.0 * np.pi * radius**3)
-    step = rayleigh_fraction * float(np.min(rayleigh_time(radius, density, modulus / (2.0 * (1.0 + nu)), nu)))
+    step = RAYLEIGH_FRACTION * float(np.min(rayleigh_time(radius, density, modulus / (2.0 * (1.0 + nu)), nu)))
     if speed > 0.0:
         quick = int(np.argmin(mass**2 / radius))
         step = min(

@@ -8,55 +8,26 @@ Symbols as in ``tangential_spring`` and ``normal_hertz``. k_t / k = 4 G* / E* is
 the tangent normal stiffness: the Coulomb test, the damping and its two rules are those of ``tangential_spring``. On a
 wall, which is rigid, its own terms are left out of E* and G*.
 
-What becomes of a spring (this one, and those of rolling and twisting) when the area changes between two slips is one
-of two rules:
+What becomes of a spring (this one, and those of rolling and twisting) when the area changes between two slips: a
+growing area keeps the force, a shrinking one lets go of it in proportion to a. A cycle never gains energy, and what it
+loses is counted as dissipated. LAMMPS: ``mindlin_rescale/force``; LIGGGHTS: ``tangential history`` with ``model
+hertz`` (its springs keep their length instead).
 
-``force``         a growing area keeps the force, a shrinking one lets go of it in proportion to a. A cycle never gains
-                  energy, and what it loses is counted as dissipated. The default. LAMMPS: ``mindlin_rescale/force``.
-``displacement``  F_t = k_t S at any area. A contact that slips while loose and is then pressed gains energy (Walton
-1978 as cited in LAMMPS'
-                  manual). LAMMPS: ``mindlin``; LIGGGHTS: ``tangential history`` with ``model hertz``.
-
-Source: Mindlin 1949, J. Appl. Mech. 16, 259; rules: Walton & Braun 1986, J. Rheol. 30, 949; Thornton, Cummins & Cleary
+Source: Mindlin 1949, J. Appl. Mech. 16, 259; rule: Walton & Braun 1986, J. Rheol. 30, 949; Thornton, Cummins & Cleary
 2013, Powder Technol. 233, 30.
 """
 
 from __future__ import annotations
 
-from typing import Annotated, Literal, NamedTuple
-
-from pydantic import Field
-
 from dem.laws import normal_hertz, tangential_spring
-from matter.case.identity_fields import Follows
 from matter.compilation.jit import law
 
 SOURCES = ("Mindlin1949", "WaltonBraun1986", "Thornton2013")
-
-FORCE, DISPLACEMENT = 1, 2
-RULES = {"force": FORCE, "displacement": DISPLACEMENT}
 
 RESTS_ON = (tangential_spring,)
 """Laws whose files act in this one."""
 
 Parameters, force = tangential_spring.Parameters, tangential_spring.force
-
-
-class Choices(NamedTuple):
-    """``mindlin_history``: the rule."""
-
-    mindlin_history: Annotated[
-        Literal["force", "displacement"],
-        Field(
-            description="What a spring keeps while the area of its contact grows; see ``dem.laws.tangential_mindlin``."
-        ),
-        Follows(),
-    ] = "force"
-
-
-def rescale(chosen: Choices) -> int:
-    """The rule's number for ``retained_fraction``."""
-    return RULES[chosen.mindlin_history]
 
 
 def effective_shear_modulus(first: normal_hertz.Parameters, second: normal_hertz.Parameters) -> float:
@@ -72,9 +43,7 @@ def stiffness_ratio(one: normal_hertz.Parameters, two: normal_hertz.Parameters) 
 
 
 @law
-def retained_fraction(stiffness, before, rule):
+def retained_fraction(stiffness, before):
     """Part of the springs that stays when the tangent stiffness goes from ``before`` (0 at first touch) to
     ``stiffness`` [N/m]."""
-    if rule == FORCE and stiffness > before:
-        return before / stiffness
-    return 1.0
+    return before / stiffness if stiffness > before else 1.0

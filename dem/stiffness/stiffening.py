@@ -27,7 +27,6 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
 from dem.beds.whole_body_bed import WholeBody
 from dem.contact.grain_solid import elastic
 from dem.contact.settings import Contact
@@ -109,7 +108,7 @@ def stiffen(bed: Assembly, springs: Springs) -> tuple[float, float]:
     return before, bed.elastic
 
 
-def damped_for(domain: Domain | Container | WholeBody, springs: Springs) -> Domain | Container | WholeBody:
+def damped_for(domain: Domain | WholeBody, springs: Springs) -> Domain | WholeBody:
     """The domain with its damped layer for the faster waves; a whole body has none."""
     if isinstance(domain, WholeBody):
         return domain

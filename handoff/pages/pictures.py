@@ -46,7 +46,7 @@ def _frame_of(data) -> tuple[Any, float, str, tuple[float, float], tuple[float, 
     unit, name = (1e3, "km") if region.arc > 2e3 else (1.0, "m")
     if isinstance(region, domains.Cone):
         width = region.top * np.sin(min(region.half_angle, np.pi / 2))
-        low, high = region.core * np.cos(region.half_angle), region.top
+        low, high = region.floor * np.cos(region.half_angle), region.top
     elif isinstance(region, WholeBody):
         least, most = (limit(region.shape.solid.vertices, axis=0) for limit in (np.min, np.max))
         width, low, high = float(max(-least[0], most[0])), float(least[2]), float(most[2])
@@ -78,7 +78,7 @@ def _outline(axes, data, region, unit) -> None:
     axes.add_collection(LineCollection(_section(data["surface"], unit), colors="black", linewidths=0.9, zorder=5))
     if isinstance(region, domains.Cone):
         angle = np.linspace(-region.half_angle, region.half_angle, 200)
-        for radius, style in ((region.datum, ":"), (region.top, "--"), (region.core, "-")):
+        for radius, style in ((region.datum, ":"), (region.top, "--"), (region.floor, "-")):
             axes.plot(
                 radius * np.sin(angle) / unit, radius * np.cos(angle) / unit, style, color="#999", lw=0.7, zorder=4
             )

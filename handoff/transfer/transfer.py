@@ -101,11 +101,7 @@ def hand_over(
     raw = _of(region, raw_mass, position, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
-    moved = velocity.copy()
-    for _ in range(2):  # the second pass takes away the rounding of the first
-        now = _of(region, mass, position, moved, radius, spin) + airborne
-        moved += closing.closing_field(mass, position, before.momentum - now.momentum, before.angular - now.angular)
-    after = _of(region, mass, position, moved, radius, spin) + airborne
+    moved, after = _closed(region, mass, position, velocity, radius, spin, before, airborne)
     first = 1 + max(int(some.identity.max(initial=0)) for some in (bed, *([] if blocks is None else [blocks.grains])))
     filled = volume[kept] * (radius / bed.radius[kept]) ** 3  # what a grain fills, from here on
     for name, values in dict(velocity=moved, angular_velocity=spin, mass=mass, density=mass / filled).items():
@@ -120,6 +116,18 @@ def hand_over(
     flowing = region.flow(position, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
     energies = (energy, closing.sums(mass, position, *flowing).kinetic) if turns else None
     return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies, blocks)
+
+
+def _closed(
+    region: domain.Domain, mass: np.ndarray, position: np.ndarray, velocity: np.ndarray, radius: np.ndarray,
+    spin: np.ndarray, before: closing.Sums, airborne: closing.Sums,
+) -> tuple[np.ndarray, closing.Sums]:  # fmt: skip
+    """Velocities (n, 3) [m/s] with the field that closes momentum and angular momentum, and the sums with them."""
+    moved = velocity.copy()
+    for _ in range(2):  # the second pass takes away the rounding of the first
+        now = _of(region, mass, position, moved, radius, spin) + airborne
+        moved += closing.closing_field(mass, position, before.momentum - now.momentum, before.angular - now.angular)
+    return moved, _of(region, mass, position, moved, radius, spin) + airborne
 
 
 def _nearest(tree: cKDTree, points: np.ndarray, free: np.ndarray | None) -> np.ndarray:

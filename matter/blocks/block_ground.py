@@ -10,8 +10,9 @@ import numpy as np
 
 from matter.case.body import Target
 from matter.errors import InputError
+from matter.geometry.ground_region import OF_TARGET
 from matter.points.region import Interior
-from matter.points.regions import Block, Bowl, Cylinder
+from matter.points.regions import Slab
 from matter.solids.distance import measured
 
 SAMPLES = 400_000
@@ -61,12 +62,8 @@ def holding_blocks(target: Target, within: float | None) -> Ground:
 
 def _flat(target: Target) -> Ground:
     bottom = -target.radius
-    if target.shape == "half_sphere":
-        region: Bowl | Cylinder | Block = Bowl(target.radius, bottom, 0.0)
-    elif target.shape == "half_space":
-        region = Cylinder(target.half_width, bottom, 0.0)
-    else:
-        region = Block(target.half_width, bottom, 0.0)
+    radius = target.radius if target.shape == "half_sphere" else target.half_width
+    region = Slab(OF_TARGET[target.shape], radius, bottom, 0.0)
 
     def depth(points: np.ndarray) -> np.ndarray:
         x, y, z = points.T

@@ -18,7 +18,6 @@ A law file brings, besides its functions:
                 NamedTuple of numbers, or None for the bare row, of ``WIDTH`` numbers (of a law that reads a table:
                 the least; a run's rows are as wide as its longest)
 ``row(p)``      the numbers of that row from ``Parameters``, where they are not its values in their order
-``Choices``     a NamedTuple of keys that hold for the whole case, where the family composes settings from them
 ``fault(p)``    what is wrong with the values together, or an empty text
 ``EXAMPLE``     values that the family's tests and pictures may use
 ``SOURCES``     keys of the bibliography
@@ -153,17 +152,17 @@ class Family:
         return f"{self.title(module)}_row({', '.join(f'row[{i}]' for i in range(len(row._fields)))})"
 
 
-def keys(families: Sequence[Family], of: str = "Parameters") -> dict[str, Any]:
-    """Annotation and default of every key that the tuples named ``of`` in the files of the laws hold, for
+def keys(families: Sequence[Family]) -> dict[str, Any]:
+    """Annotation and default of every key that the ``Parameters`` in the files of the laws hold, for
     ``pydantic.create_model``; laws that share a key say what each takes it for."""
     kinds_by_key: dict[str, tuple[Any, Any]] = {}
     words: dict[str, dict[str, list[str]]] = {}
     for family in families:
         for name, module in zip(family.names[family.first :], family.laws):
-            if not hasattr(module, of):
+            if not hasattr(module, "Parameters"):
                 continue
-            kinds = typing.get_type_hints(getattr(module, of), include_extras=True)
-            for key, default in getattr(module, of)._field_defaults.items():
+            kinds = typing.get_type_hints(module.Parameters, include_extras=True)
+            for key, default in module.Parameters._field_defaults.items():
                 kinds_by_key.setdefault(key, (kinds[key], default))
                 about = next(
                     (

@@ -23,9 +23,9 @@ from matter.formats import (
     lammps_dump,
     miluphcuda,
     opensph,
-    placing,
     plausible,
     ply_points,
+    turned_frame,
     vtk_legacy,
 )
 from matter.formats.reading import Reading, checked
@@ -127,7 +127,7 @@ def convert(
     up: Sequence[float] | None = None,
     time: float | None = None,
 ) -> list[str]:
-    """Write another code's file as a snapshot, its frame turned by ``origin`` [m] and ``up`` (``placing``), at
+    """Write another code's file as a snapshot, its frame turned by ``origin`` [m] and ``up`` (``turned_frame``), at
     ``time`` [s] after the impact; sentences that say what was taken, what was left out and what no stage can use.
 
     Raises ``InputError`` as ``found`` and ``save`` do.
@@ -136,7 +136,7 @@ def convert(
     particles = what.particles
     sentences = _report(what, time)
     if origin is not None or up is not None:
-        particles = placing.placed(particles, origin or (0.0, 0.0, 0.0), up or (0.0, 0.0, 1.0))
+        particles = turned_frame.placed(particles, origin or (0.0, 0.0, 0.0), up or (0.0, 0.0, 1.0))
     if time is not None:
         particles.attributes["time"] = time
     save(particles, Path(out))

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from matter.errors import InputError
 from matter.files import archive
-from matter.formats import columns as named
+from matter.formats import named_columns as named
 from matter.formats import numbers
 from matter.formats.reading import Reading
 from matter.formats.words import listed

@@ -19,8 +19,8 @@ import numpy as np
 
 from matter.errors import InputError
 from matter.files import archive, hdf5_input
-from matter.formats import columns as named
 from matter.formats import hdf5_header
+from matter.formats import named_columns as named
 from matter.formats.reading import Reading
 from matter.formats.words import listed, short
 from matter.particles import FIELDS

@@ -11,7 +11,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from matter.errors import InputError
-from matter.formats import columns as named
+from matter.formats import named_columns as named
 from matter.formats import numbers
 from matter.formats.reading import Reading
 from matter.formats.unit_system import SI, style
@@ -63,10 +63,8 @@ def read(path: Path, columns: str | None = None) -> Reading:
             f"{path}: its last line has no end and may be cut in the middle of a number; end it by a line break if it "
             f"is whole"
         )
-    system = SI
-    for k in items:
-        if lines[k].strip() == _UNITS and k < head:
-            system = style(_below(lines, k, path), f"{path}, line {k + 2}")
+    units = [k for k in items if lines[k].strip() == _UNITS and k < head]
+    system = style(_below(lines, units[-1], path), f"{path}, line {units[-1] + 2}") if units else SI
     if _TIME in own:
         word = _below(lines, own[_TIME], path)
         if not numbers.is_number(word):

@@ -80,6 +80,22 @@ class _Bytes:
         return raw.decode("utf-8", "replace")
 
 
+def _pieces(
+    file: _Bytes, path: Path, table: np.ndarray, materials: int
+) -> tuple[list[str], list[dict[tuple[int, int, int], np.ndarray]], list[int]]:
+    """Names of the materials, values of their particles and numbers of them."""
+    names, blocks = [], []
+    sizes: list[int] = []
+    for number in range(max(materials, 1)):
+        names.append(_material(file, number, len(table)) if materials else _no_material(file))
+        first, end = (int(number) for number in file.integers(2))
+        if first != sum(sizes) or end < first:
+            raise InputError(f"{path}: material {number} holds the particles {first} to {end}, out of order")
+        sizes.append(end - first)
+        blocks.append(_values(file, table, end - first))
+    return names, blocks, sizes
+
+
 def read(path: Path, support: float = _SUPPORT) -> Reading:
     """What a state file holds; ``support`` is the kernel's support in smoothing lengths (2 for OpenSPH's default,
     the cubic spline).
@@ -105,15 +121,7 @@ def read(path: Path, support: float = _SUPPORT) -> Reading:
     table = file.integers(3 * quantities).reshape(quantities, 3)
     if np.any(table[:, 1] > 2) or np.any(table[:, 2] >= len(_WIDTH)) or np.any(table < 0):
         raise InputError(f"{path}: its table of quantities holds values that no version of OpenSPH writes")
-    names, blocks = [], []
-    sizes: list[int] = []
-    for number in range(max(materials, 1)):
-        names.append(_material(file, number, quantities) if materials else _no_material(file))
-        first, end = (int(number) for number in file.integers(2))
-        if first != sum(sizes) or end < first:
-            raise InputError(f"{path}: material {number} holds the particles {first} to {end}, out of order")
-        sizes.append(end - first)
-        blocks.append(_values(file, table, end - first))
+    names, blocks, sizes = _pieces(file, path, table, materials)
     if sum(sizes) != particles:
         raise InputError(f"{path} says it holds {particles} particles, and its materials hold {sum(sizes)}")
     for _ in range(attractors):

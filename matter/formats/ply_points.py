@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from matter.files import archive
-from matter.formats.columns import components
+from matter.formats.named_columns import components
 from matter.particles import Particles
 
 # PLY 1.0 knows no integers of 64 bits: identities go as doubles, exact up to 2^53

@@ -1,5 +1,4 @@
-"""Bounded regions of space that points fill: a shell, and slabs (between two heights) of a cylinder, a bowl or a
-block.
+"""Bounded regions of space that points fill: a shell, and slabs (between two heights) of flat ground.
 
 Each has ``volume`` [m^3], draws points evenly, tells which points are ``inside``, mirrors points at its walls (so that
 a relaxing set of points meets them in smooth layers), and keeps points off its walls by a margin.
@@ -78,150 +77,87 @@ def _plane(axis: int, at: float):
     return wall
 
 
-def _margin(spacing: np.ndarray, thickness: float) -> np.ndarray:
-    return np.minimum(0.1 * spacing, 0.25 * thickness)
-
-
 @dataclass(frozen=True)
-class Cylinder:
-    """Upright cylinder of ``radius`` about the z axis between the heights ``bottom`` and ``top`` [m]."""
+class Slab:
+    """A layer of an upright ``shape`` about the z axis (``matter.geometry.ground_region.SHAPES``) between the heights
+    ``bottom`` and ``top`` [m]: ``radius`` of a cylinder, half the width of a box, or of the ball about the origin that
+    a bowl is a part of, ``top`` <= 0 [m]."""
 
+    shape: str
     radius: float
     bottom: float
     top: float
 
     @property
     def volume(self) -> float:
-        return math.pi * self.radius**2 * (self.top - self.bottom)
+        if self.shape == "bowl":
+
+            def below(z: float) -> float:
+                return math.pi * (self.radius**2 * z - z**3 / 3.0)
+
+            return below(self.top) - below(self.bottom)
+        return (4.0 if self.shape == "box" else math.pi) * self.radius**2 * (self.top - self.bottom)
 
     def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
-        r, azimuth = self.radius * np.sqrt(rng.random(count)), 2.0 * math.pi * rng.random(count)
-        return np.stack(
-            [r * np.cos(azimuth), r * np.sin(azimuth), self.bottom + (self.top - self.bottom) * rng.random(count)],
-            axis=1,
-        )
-
-    def inside(self, points: np.ndarray) -> np.ndarray:
-        """(n,) bool."""
-        return (
-            (np.hypot(points[:, 0], points[:, 1]) < self.radius)
-            & (points[:, 2] >= self.bottom)
-            & (points[:, 2] < self.top)
-        )
-
-    def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
-        """Points and their images within two spacings of the walls."""
-
-        def side(position: np.ndarray) -> Mirrored:
-            r = np.hypot(position[:, 0], position[:, 1])
-            return np.abs(self.radius - r), position * np.stack(
-                [*[(2.0 * self.radius - r) / np.maximum(r, 1e-300)] * 2, np.ones(len(r))], axis=1
-            )
-
-        return _beyond_walls(points, spacing, (_plane(2, self.bottom), _plane(2, self.top), side))
-
-    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-        """Points at least a tenth of a spacing off the walls."""
-        margin = _margin(spacing, self.top - self.bottom)
-        points[:, 2] = np.clip(points[:, 2], self.bottom + margin, self.top - margin)
-        r = np.hypot(points[:, 0], points[:, 1])
-        points[:, :2] *= np.minimum(1.0, (self.radius - margin) / np.maximum(r, 1e-300))[:, None]
-        return points
-
-
-@dataclass(frozen=True)
-class Bowl:
-    """The part of a ball of ``radius`` about the origin between the heights ``bottom`` and ``top`` <= 0 [m]."""
-
-    radius: float
-    bottom: float
-    top: float
-
-    @property
-    def volume(self) -> float:
-        def below(z: float) -> float:
-            return math.pi * (self.radius**2 * z - z**3 / 3.0)
-
-        return below(self.top) - below(self.bottom)
-
-    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """``count`` random points (n, 3)."""
-        box = Cylinder(math.sqrt(self.radius**2 - self.top**2), self.bottom, self.top)
+        if self.shape == "box":
+            low = np.array([-self.radius, -self.radius, self.bottom])
+            return low + (np.array([self.radius, self.radius, self.top]) - low) * rng.random((count, 3))
+        if self.shape == "cylinder":
+            r, azimuth = self.radius * np.sqrt(rng.random(count)), 2.0 * math.pi * rng.random(count)
+            height = self.bottom + (self.top - self.bottom) * rng.random(count)
+            return np.stack([r * np.cos(azimuth), r * np.sin(azimuth), height], axis=1)
+        around = Slab("cylinder", math.sqrt(self.radius**2 - self.top**2), self.bottom, self.top)
         points = np.empty((0, 3))
         while len(points) < count:
-            trial = box.random_points(rng, count)
+            trial = around.random_points(rng, count)
             points = np.concatenate([points, trial[self.inside(trial)]])
         return points[:count]
 
     def inside(self, points: np.ndarray) -> np.ndarray:
         """(n,) bool."""
-        return (
-            (np.einsum("ij,ij->i", points, points) < self.radius**2)
-            & (points[:, 2] >= self.bottom)
-            & (points[:, 2] < self.top)
-        )
+        if self.shape == "box":
+            within = (np.abs(points[:, :2]) < self.radius).all(axis=1)
+        elif self.shape == "cylinder":
+            within = np.hypot(points[:, 0], points[:, 1]) < self.radius
+        else:
+            within = np.einsum("ij,ij->i", points, points) < self.radius**2
+        return within & (points[:, 2] >= self.bottom) & (points[:, 2] < self.top)
 
     def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
         """Points and their images within two spacings of the walls."""
+        bottom, top = _plane(2, self.bottom), _plane(2, self.top)
+        if self.shape == "box":
+            sides = [_plane(axis, side * self.radius) for axis in (0, 1) for side in (-1, 1)]
+            return _beyond_walls(points, spacing, (bottom, top, *sides))
+        if self.shape == "cylinder":
+            return _beyond_walls(points, spacing, (bottom, top, self._round(2)))
+        planes = (top, bottom) if self.bottom > -self.radius else (top,)
+        return _beyond_walls(points, spacing, (*planes, self._round(3)))
 
-        def bowl(position: np.ndarray) -> Mirrored:
-            r = np.linalg.norm(position, axis=1)
-            return np.abs(self.radius - r), position * ((2.0 * self.radius - r) / np.maximum(r, 1e-300))[:, None]
+    def _round(self, axes: int):
+        """The wall at ``radius`` from the axis (2 ``axes``) or from the origin (3)."""
 
-        planes = [_plane(2, self.top)] + ([_plane(2, self.bottom)] if self.bottom > -self.radius else [])
-        return _beyond_walls(points, spacing, (*planes, bowl))
+        def wall(position: np.ndarray) -> Mirrored:
+            r = np.hypot(position[:, 0], position[:, 1]) if axes == 2 else np.linalg.norm(position, axis=1)
+            image = position.copy()
+            image[:, :axes] *= ((2.0 * self.radius - r) / np.maximum(r, 1e-300))[:, None]
+            return np.abs(self.radius - r), image
+
+        return wall
 
     def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
         """Points at least a tenth of a spacing off the walls."""
-        margin = _margin(spacing, self.top - self.bottom)
+        margin = np.minimum(0.1 * spacing, 0.25 * (self.top - self.bottom))
         points[:, 2] = np.clip(points[:, 2], self.bottom + margin, self.top - margin)
-        widest = np.sqrt(np.maximum((self.radius - margin) ** 2 - points[:, 2] ** 2, 0.0))
+        widest = self.radius - margin
+        if self.shape == "box":
+            points[:, :2] = np.clip(points[:, :2], -widest[:, None], widest[:, None])
+            return points
+        if self.shape == "bowl":
+            widest = np.sqrt(np.maximum(widest**2 - points[:, 2] ** 2, 0.0))
         points[:, :2] *= np.minimum(1.0, widest / np.maximum(np.hypot(points[:, 0], points[:, 1]), 1e-300))[:, None]
         return points
 
 
-@dataclass(frozen=True)
-class Block:
-    """Upright square block about the z axis, its edge twice ``half_width``, between the heights ``bottom`` and ``top``
-    [m]."""
-
-    half_width: float
-    bottom: float
-    top: float
-
-    @property
-    def volume(self) -> float:
-        return 4.0 * self.half_width**2 * (self.top - self.bottom)
-
-    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """``count`` random points (n, 3)."""
-        low, high = (
-            np.array([-self.half_width, -self.half_width, self.bottom]),
-            np.array([self.half_width, self.half_width, self.top]),
-        )
-        return low + (high - low) * rng.random((count, 3))
-
-    def inside(self, points: np.ndarray) -> np.ndarray:
-        """(n,) bool."""
-        return (
-            (np.abs(points[:, :2]) < self.half_width).all(axis=1)
-            & (points[:, 2] >= self.bottom)
-            & (points[:, 2] < self.top)
-        )
-
-    def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
-        """Points and their images within two spacings of the walls."""
-        sides = [_plane(axis, side * self.half_width) for axis in (0, 1) for side in (-1, 1)]
-        return _beyond_walls(points, spacing, (_plane(2, self.bottom), _plane(2, self.top), *sides))
-
-    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
-        """Points at least a tenth of a spacing off the walls."""
-        margin = _margin(spacing, self.top - self.bottom)
-        points[:, 2] = np.clip(points[:, 2], self.bottom + margin, self.top - margin)
-        points[:, :2] = np.clip(points[:, :2], -self.half_width + margin[:, None], self.half_width - margin[:, None])
-        return points
-
-
-Region = Shell | Cylinder | Bowl | Block
-Slab = Cylinder | Bowl | Block
+Region = Shell | Slab

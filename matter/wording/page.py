@@ -100,9 +100,9 @@ def _ledger_value(value: Any, unit: str) -> str:
     return "–" if value is None else value if isinstance(value, str) else readable.amount(value, unit)
 
 
-def local(word: object, deep: int = 2) -> str:
-    """A path, or ``key=path``, by its last ``deep`` parts: a page that is passed on names no folders of the machine
+def local(word: object) -> str:
+    """A path, or ``key=path``, by its last two parts: a page that is passed on names no folders of the machine
     that made it."""
     name, mark, text = str(word).rpartition("=")
     path = Path(text)
-    return f"{name}{mark}{'/'.join(path.parts[1:][-deep:])}" if path.is_absolute() else str(word)
+    return f"{name}{mark}{'/'.join(path.parts[1:][-2:])}" if path.is_absolute() else str(word)

@@ -19,7 +19,7 @@ from matter.cadence import Cadence
 from matter.errors import InputError
 from matter.files import archive, checkpoint, lock
 from matter.progress import Progress, stop_here
-from nbody.census import moon_mode
+from nbody.census import moon_hits
 from nbody.integrators import fast, rkck, tube
 from nbody.masses.system import System, jovian
 from nbody.population import conditions, encounters
@@ -87,7 +87,10 @@ def _fast(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
     flights = fast.run(system, batch, request.population.duration)
     table = encounters.join(
-        [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
+        [
+            flights.table,
+            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
+        ]
     )
     return Block(
         table,
@@ -104,7 +107,10 @@ def _tube(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
     flights = tube.run(system, batch, request.population.duration, request.seed)
     table = encounters.join(
-        [flights.table, moon_mode.collide(flights.table, system, request.seed, number, request.population.focused)]
+        [
+            flights.table,
+            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
+        ]
     )
     return Block(
         table,
@@ -134,12 +140,12 @@ def effective_entries(request: Request, system: System, table: dict[str, np.ndar
     return float(weight.sum() ** 2 / (weight**2).sum()) if len(weight) else 0.0
 
 
-def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
+def collect(request: Request, out: Path) -> Tally:
     """Run a census, with checkpoints in ``out``; continues where an interrupted one stopped. Raises ``Stopped`` on
     request."""
     system = jovian(request.target)
     tally = _resumed(request, out)
-    progress = Progress(stage, float(request.count), start=tally.enough)
+    progress = Progress("nbody", float(request.count), start=tally.enough)
     tables, cadence, began = [tally.table], Cadence(), time.monotonic() - tally.wall_s
     for block in _blocks(system, request, tally.block) if tally.enough < request.count else ():
         tables.append(block.table)
@@ -160,7 +166,7 @@ def collect(request: Request, out: Path, stage: str = "nbody") -> Tally:
             tally.table = tables[0]
             with cadence.writing():
                 _save(request, out, tally)
-            stop_here(stage)
+            stop_here("nbody")
         if tally.enough >= request.count:
             break
         if tally.particles >= MAX_PARTICLES:

@@ -20,14 +20,14 @@ def orbital_speed(moon: Body) -> float:
     return math.sqrt(load(moon.around).gm / moon.semi_major_axis)
 
 
-def speed_limits(moon: Body, quadrature: bool, v_infinity: float = 0.0) -> tuple[float, float]:
+def speed_limits(moon: Body, quadrature: bool) -> tuple[float, float]:
     """Smallest and largest impact speed [m/s] of a particle that falls to the moon's orbit from far away.
 
     Printed (Winter 2017, eqs. 15, 16): v = v_esc,planet(a) -+ v_orbit + v_esc,moon. In ``quadrature`` the moon's own
-    pull adds to the square, v^2 = (v_p -+ v_orbit)^2 + v_esc,moon^2, with v_p^2 = v_infinity^2 + 2 GM_p / a.
+    pull adds to the square, v^2 = (v_p -+ v_orbit)^2 + v_esc,moon^2, with v_p^2 = 2 GM_p / a.
     """
     planet, orbit, own = load(moon.around), orbital_speed(moon), escape_speed(moon.gm, moon.radius)
-    fall = math.sqrt(v_infinity**2 + escape_speed(planet.gm, moon.semi_major_axis) ** 2)
+    fall = escape_speed(planet.gm, moon.semi_major_axis)
     if quadrature:
         return math.hypot(fall - orbit, own), math.hypot(fall + orbit, own)
     return fall - orbit + own, fall + orbit + own
@@ -58,22 +58,3 @@ def beam_angles(bands: np.ndarray, sigma: float = math.radians(22.0)) -> tuple[n
             received[inside].sum() / received.sum(),
         )
     return mean, fraction
-
-
-def isotropic_encounters(moon: Body, v_infinity: float) -> tuple[float, float]:
-    """Mean impact speed [m/s] and leading/trailing ratio of impacts (per hemisphere) for isotropic arrivals at the
-    planet.
-
-    Straight-line encounter at the orbit: speed v_p^2 = v_infinity^2 + 2 GM_p/a with isotropic directions, relative
-    speed u, rate proportional to u (1 + v_esc^2/u^2), v_imp^2 = u^2 + v_esc^2. A beam from the direction at angle psi
-    off the apex puts the fraction (1 + cos psi)/2 of its impacts on the leading hemisphere.
-    """
-    planet, orbit, own = load(moon.around), orbital_speed(moon), escape_speed(moon.gm, moon.radius)
-    fall = math.sqrt(v_infinity**2 + escape_speed(planet.gm, moon.semi_major_axis) ** 2)
-    mu = np.linspace(-1.0, 1.0, 20001)  # cosine between the particle's and the moon's motion
-    u = np.sqrt(fall**2 + orbit**2 - 2.0 * fall * orbit * mu)
-    rate = u * (1.0 + (own / u) ** 2)
-    speed = np.sqrt(u**2 + own**2)
-    radiant = (orbit - fall * mu) / u  # cosine between radiant and apex
-    lead = 0.5 * (1.0 + radiant)
-    return float((rate * speed).sum() / rate.sum()), float((rate * lead).sum() / (rate * (1.0 - lead)).sum())

@@ -118,9 +118,9 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
         content = toml_input.loads(text)
     except ValueError as reason:  # no TOML, or not even text
         raise InputError(f"{file} is not valid TOML: {reason}") from None
+    name = file.resolve().parent.name if file.name == "case.toml" else file.stem
     inverse, overrides = _inverse(content.pop("inverse", {}), overrides)
     if set(content) == {"sweep"} and isinstance(content["sweep"], dict):
-        name = file.resolve().parent.name if file.name == "case.toml" else file.stem
         return Case(file, name, preset, overrides, {}, {}, {}, {}, size=size, sweep=content["sweep"], inverse=inverse)
     presets = content.pop("preset", {})
     if not isinstance(presets, dict) or not all(isinstance(table, dict) for table in presets.values()):
@@ -145,24 +145,13 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
             complaints.append(Complaint((), str(reason)))
     if ("case", "stages") in set_here:
         document = _without_left_out(document, {**{str(path[0]): {} for path in set_here}, "case": document["case"]})
-    name = file.resolve().parent.name if file.name == "case.toml" else file.stem
     swept = document.pop("sweep", {})
     if not isinstance(swept, dict):
         raise InputError(f"{file}: sweep is a table: write [sweep]")
     case = Case(
-        file,
-        name,
-        preset,
-        overrides,
-        document,
-        {},
-        toml_lines.key_lines(text),
-        table,
-        tuple(complaints),
-        size=size,
-        sweep=swept,
-        inverse=inverse,
-    )
+        file, name, preset, overrides, document, {}, toml_lines.key_lines(text), table, tuple(complaints),
+        size=size, sweep=swept, inverse=inverse,
+    )  # fmt: skip
     return _completed(_outside_taken(_tables_placed(case)))
 
 

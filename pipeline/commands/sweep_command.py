@@ -27,20 +27,10 @@ def swept(
 ) -> int:
     """Run a sweep or an ensemble, with ``forecast`` also write what the sweep forecasts; or what was asked for
     ``instead``."""
+    asked = [(value, option) for value, option in instead if value]
+    _check(case, vary, ensemble, " and ".join(option for _, option in asked) or "--sweep", recompute)
     if forecast:
         _check_priors(case, vary, ensemble)
-    asked = [(value, option) for value, option in instead if value]
-    if ensemble is not None and vary:
-        raise InputError("--ensemble varies the seeds alone: leave out --vary")
-    if ensemble is None and not vary and not case.sweep:
-        raise InputError(
-            f"{' and '.join(option for _, option in asked) or '--sweep'} goes with [sweep] in the case or with "
-            f"--vary: nothing is varied"
-        )
-    if recompute:
-        raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
-    if case.run:
-        raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
     if ensemble is not None:
         drawn = tuple(ensembles.members(case, ensemble))
         sweep = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, drawn, until)
@@ -79,6 +69,18 @@ def swept(
             return code
     print(f"\nresult: {sweep.folder}", flush=True)
     return 1 if failed else 0
+
+
+def _check(case: Any, vary: list[str], ensemble: int | None, options: str, recompute: Any) -> None:
+    """Raise ``InputError`` where nothing is varied, or what cannot be swept."""
+    if ensemble is not None and vary:
+        raise InputError("--ensemble varies the seeds alone: leave out --vary")
+    if ensemble is None and not vary and not case.sweep:
+        raise InputError(f"{options} goes with [sweep] in the case or with --vary: nothing is varied")
+    if recompute:
+        raise InputError("--from and --fresh are for one run: a sweep makes what is not there")
+    if case.run:
+        raise InputError(f"{case.run} is a run: sweep its case, or its case.used.toml copied elsewhere")
 
 
 def _check_priors(case: Any, vary: list[str], ensemble: int | None) -> None:

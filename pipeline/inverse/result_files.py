@@ -12,7 +12,7 @@ import tomlkit
 
 from matter.files import archive
 from matter.wording import drawing, page, readable
-from pipeline.inverse import pictures, posterior, verdict
+from pipeline.inverse import corner_picture, posterior, verdict
 from pipeline.inverse.inversion import Inversion, words_of
 from pipeline.inverse.posterior import LEVELS, Observed
 from pipeline.store import provenance
@@ -26,7 +26,7 @@ def write(found: Inversion) -> Path:
     archive.write(found.folder / DRAWS, _arrays(found), {"seed": found.seed, "sampler": found.posterior.sampler})
     archive.write_text(found.folder / TABLE, tomlkit.dumps(_table(found)))
     if drawing.possible("the posterior", print):
-        pictures.write(found, found.folder)
+        corner_picture.write(found, found.folder)
     archive.write_text(found.folder / PAGE, _page(found))
     return found.folder
 
@@ -119,8 +119,9 @@ def _page(found: Inversion) -> str:
     laws = found.table.model == "pi_scaling"
     return page.render(
         "pipeline/inverse/templates/inverse.html.j2", headline=verdict.sentence(found),
-        title=f"What made it: {found.case.name}", corner=found.folder / pictures.CORNER,
-        left_out=found.folder / pictures.LEFT_OUT, without_pictures=drawing.note(), cautions=verdict.cautions(found),
+        title=f"What made it: {found.case.name}", corner=found.folder / corner_picture.CORNER,
+        left_out=found.folder / corner_picture.LEFT_OUT, without_pictures=drawing.note(),
+        cautions=verdict.cautions(found),
         parameters=rows(found), observed=observed, emulators=emulators, members=len(found.design.theta),
         failed=[list(one) for one in found.design.failed],
         model="scaling laws (a geometric mean of those for this ground), no runs" if laws else "members of the sweep",

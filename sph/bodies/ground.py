@@ -18,7 +18,8 @@ import numpy as np
 
 from matter.case.body import Target
 from matter.errors import InputError
-from matter.points import packing, regions
+from matter.geometry.ground_region import OF_TARGET
+from matter.points import packing
 from matter.points.cut_region import Cut
 from matter.points.regions import Slab
 from sph.bodies import symmetry as symmetries
@@ -81,19 +82,15 @@ def hydrostatic(target: Target, materials: Materials, slabs: int = 2000) -> Grou
     return Ground(uniform, lower, lower - 0.5 * dm / rho, rho, P, mass, layer, distention, target.gravity)
 
 
-def slabs_of(target: Target) -> list[regions.Slab]:
+def slabs_of(target: Target) -> list[Slab]:
     """The region of every layer at uniform density, from the bottom up."""
     tops = np.array(target.outer_radii) - target.radius
     tops[-1] = 0.0
-    slabs: list[regions.Slab] = []
-    for bottom, top in zip([-target.radius, *tops[:-1]], tops):
-        if target.shape == "half_sphere":
-            slabs.append(regions.Bowl(target.radius, float(bottom), float(top)))
-        elif target.shape == "half_space":
-            slabs.append(regions.Cylinder(target.half_width, float(bottom), float(top)))
-        else:
-            slabs.append(regions.Block(target.half_width, float(bottom), float(top)))
-    return slabs
+    radius = target.radius if target.shape == "half_sphere" else target.half_width
+    return [
+        Slab(OF_TARGET[target.shape], radius, float(bottom), float(top))
+        for bottom, top in zip([-target.radius, *tops[:-1]], tops)
+    ]
 
 
 def build(

@@ -62,10 +62,7 @@ def fault(target: Target, ball: Projectile, symmetry: str, reconstructs: bool) -
     if symmetry != "none":
         return f'target.blocks: they have no mirror images: symmetry must be "none", not "{symmetry}"'
     if not reconstructs:
-        return (
-            'target.blocks: they need viscosity = "reconstructed" (numerics = "reconstructed"), no viscosity_switch '
-            "and no corrected gradients"
-        )
+        return 'target.blocks: they need numerics = "reconstructed", no viscosity_switch and no corrected gradients'
     shared = {target.layers[0].material, *target.block_materials} & set(ball.materials)
     if shared:
         return (

@@ -1,4 +1,4 @@
-"""Fragments of a broken body: groups of whole particles that hang together (``matter.geometry.fragments``).
+"""Fragments of a broken body: groups of whole particles that hang together (``matter.geometry.connected``).
 
 python -m sph.outcome.fragments SNAPSHOT [--json]
 """
@@ -16,7 +16,7 @@ import numpy as np
 
 from matter.errors import InputError
 from matter.files import snapshot
-from matter.geometry import fragments
+from matter.geometry import connected
 from matter.particles import Particles
 
 
@@ -34,8 +34,8 @@ def find(particles: Particles) -> list[Fragment]:
     velocity, mass, damage, support_radius."""
     particles.need("position", "velocity", "mass", "damage", "support_radius")
     among = particles.layer >= 0 if "layer" in particles else np.ones(len(particles), dtype=bool)
-    group = fragments.groups(particles, among)
-    whole = group != fragments.NONE
+    group = connected.groups(particles, among)
+    whole = group != connected.NONE
     if not whole.any():
         return []
     x, v, m, group = particles.position[whole], particles.velocity[whole], particles.mass[whole], group[whole]

@@ -36,7 +36,7 @@ _BLOCK = 64
 @functools.cache
 def _loop(scheme: Scheme):
     """The compiled loop (rows, pairs) of a scheme; fills ``rows.inverse`` and the tensor of ``rows.extra``."""
-    kernel, start_volumes = scheme.kernel, scheme.start_volumes
+    kernel, reconstructed = scheme.kernel, scheme.reconstructed
 
     @parallel_kernel(fastmath=True)
     def _correct(rows, pairs):
@@ -65,7 +65,7 @@ def _loop(scheme: Scheme):
                     cyy -= dy * dy * F
                     cyz -= dy * dz * F
                     czz -= dz * dz * F
-                if start_volumes:
+                if reconstructed:
                     # 1 / eta: sums over first volumes as sums over present ones
                     volume_ratio = 1.0 / (row[i, RHO_INVERSE] * start_density[i])
                     cxx, cxy, cxz, cyy, cyz, czz = (

@@ -72,8 +72,8 @@ _BLOCK = 64
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
-    kernel, start_volumes, corrected, switched, reconstructed, conducting, with_blocks = scheme
-    extra_rows, extra_width = scheme.extra_rows, scheme.extra_width
+    kernel, reconstructed, corrected, switched, with_blocks = scheme
+    conducting, extra_rows, extra_width = scheme.conducting, scheme.extra_rows, scheme.extra_width
 
     @parallel_kernel(fastmath=True)
     def _pairs(rows, pairs, matter, damping, out):
@@ -102,7 +102,7 @@ def pair_loop(scheme: Scheme):
                         narrow_columns(extra, pairs.partner, pairs.first[i], k, t)
                 x, y, z, vx, vy, vz = row[i, X], row[i, Y], row[i, Z], row[i, VX], row[i, VY], row[i, VZ]
                 volume, rho_inv, h, c_i = row[i, VOLUME], row[i, RHO_INVERSE], row[i, SUPPORT], row[i, SOUND]
-                inv_rho_ref = 1.0 / start_density[i] if start_volumes else rho_inv
+                inv_rho_ref = 1.0 / start_density[i] if reconstructed else rho_inv
                 txx, txy, txz, tyy, tyz, tzz = row[i, XX], row[i, XY], row[i, XZ], row[i, YY], row[i, YZ], row[i, ZZ]
                 if corrected:
                     bxx, bxy, bxz = extra[i, TENSOR], extra[i, TENSOR + 1], extra[i, TENSOR + 2]
@@ -257,7 +257,7 @@ def pair_loop(scheme: Scheme):
                     * (txx * lxx + tyy * lyy + tzz * lzz + txy * (lxy + lyx) + txz * (lxz + lzx) + tyz * (lyz + lzy))
                     + heat
                 )
-                if start_volumes:
+                if reconstructed:
                     volume_ratio = inv_rho_ref / rho_inv  # 1 / eta: sums over first volumes as sums over present ones
                     trace *= volume_ratio
                     lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = (
@@ -341,11 +341,9 @@ def pair_loop(scheme: Scheme):
 def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Damping, out: Rates) -> None:
     """Fill ``out`` from evaluated rows (``sph.stepping.state``) over the neighbour list.
 
-    The rows are turned by ``sph.pairs.start_volumes`` where the scheme takes the volumes of the start, and have second
-    rows and ``inverse`` where it asks for them (``sph.pairs.gradients``, ``sph.viscosity.switch``).
+    The rows are turned by ``sph.pairs.start_volumes`` where the scheme is ``reconstructed``, and have extra rows and
+    ``inverse`` where it asks for them (``sph.pairs.gradients``, ``sph.viscosity.switch``).
     """
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
-    if scheme.conducting and (scheme.corrected or scheme.switched):
-        raise ValueError("conductivity, switch and corrected gradients want one column of the extra rows")
     pair_loop(scheme)(rows, Pairs.from_neighbours(neighbours), matter, damping, out.sums)

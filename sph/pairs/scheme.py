@@ -13,24 +13,28 @@ from sph.pairs.row import NARROW, WIDTH
 class Scheme(NamedTuple):
     """The choices, named as in a case file.
 
-    kernel : number of the kernel in ``sph.kernels.dispatch``;  start_volumes : ``volumes = "start"``;  corrected :
-    ``gradients = "corrected"``; switched : a ``viscosity_switch``;  reconstructed :
-    ``viscosity = "reconstructed"``; conducting : whether there is a ``conductivity``; with_blocks : whether there are
-    blocks, which nothing holds to what is not theirs (``sph.pairs.block_contact``).
+    kernel : number of the kernel in ``sph.kernels.dispatch``; reconstructed : ``numerics = "reconstructed"``, its
+    viscosity and sums weighted by the volumes of the start; corrected : ``gradients = "corrected"``; switched : a
+    ``viscosity_switch``; with_blocks : whether there are blocks, which nothing holds to what is not theirs
+    (``sph.pairs.block_contact``).
     """
 
     kernel: int = 0
-    start_volumes: bool = False
+    reconstructed: bool = False
     corrected: bool = False
     switched: bool = False
-    reconstructed: bool = False
-    conducting: bool = False
     with_blocks: bool = False
+
+    @property
+    def conducting(self) -> bool:
+        """Whether heat is conducted (``sph.pairs.conductivity``), which asks to know the smooth flow, and for room in
+        the extra rows (``sph.pairs.row``)."""
+        return self.reconstructed and not (self.switched or self.corrected)
 
     @property
     def extra_rows(self) -> bool:
         """Whether the pair loop reads extra columns (``Rows.extra``)."""
-        return self.corrected or self.switched or self.reconstructed or self.conducting
+        return self.corrected or self.switched or self.reconstructed
 
     @property
     def extra_width(self) -> int:
@@ -83,18 +87,3 @@ class Damping(NamedTuple):
     beta: float
     near: float = 0.5
     conductivity: float = 0.0
-
-
-def rows(
-    row: np.ndarray,
-    extra: np.ndarray | None = None,
-    start_density: np.ndarray | None = None,
-    inverse: np.ndarray | None = None,
-) -> Rows:
-    """``Rows`` with empty arrays for what is None."""
-    return Rows(
-        row,
-        np.zeros((0, row.shape[1])) if extra is None else extra,
-        np.zeros(0) if start_density is None else start_density,
-        np.zeros((0, 6)) if inverse is None else inverse,
-    )

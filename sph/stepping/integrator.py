@@ -60,7 +60,7 @@ class Integrator:
         if self.forces.scheme.reconstructed and len(cloud.strain_rate) == 0:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if materials.inertial and not self.forces.scheme.reconstructed:
-            raise InputError('inertial_friction needs viscosity = "reconstructed", which keeps the rates of strain')
+            raise InputError('inertial_friction needs numerics = "reconstructed", which keeps the rates of strain')
         if materials.harden and len(cloud.plastic_strain) == 0:
             cloud.plastic_strain = np.zeros(len(cloud))
         if self.forces.scheme.switched:

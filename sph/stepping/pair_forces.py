@@ -41,8 +41,8 @@ class PairForces:
         self.evaluated = state.Evaluated(len(cloud))
         self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
         self._gradient_scale = numerics.gradient_scale
-        self._omega = np.ones(len(cloud) if numerics.length_terms else 0)
-        self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel) if numerics.length_terms else 1.0
+        self._omega = np.ones(len(cloud) if self.scheme.reconstructed else 0)
+        self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel)
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
         self._extra = np.zeros((0, self.scheme.extra_width))
 
@@ -62,7 +62,7 @@ class PairForces:
         self._evaluate_state(cloud, materials, rows, late_medium, switches, time)
         self._fill_images(cloud, time)
         limits = self.numerics.limits_of_length
-        if self.numerics.length_terms and limits is not None:
+        if limits is not None:
             length_terms.scale(
                 self.scheme, self.rows(cloud), pairs, cloud.start_support, limits, self._omega, self._omega_at_rest
             )
@@ -74,10 +74,9 @@ class PairForces:
             cloud.material, rows.shear, self.evaluated.strain_ratio, cloud.stress, switches.strength
         )
         pair_rates.compute(self.scheme, self.rows(cloud), pairs, matter, damping, self.rates)
-        if self.numerics.length_terms:
-            length_terms.divide(self.rates, self._omega)
         cloud.neighbours[:] = self.rates.count
         if self.scheme.reconstructed:
+            length_terms.divide(self.rates, self._omega)
             cloud.strain_rate[:] = self.rates.strain_rate
 
     def rows(self, cloud: Cloud) -> Rows:
@@ -101,7 +100,7 @@ class PairForces:
             cloud, rows, switches.strength, switches.damage, self.evaluated, not switches.freeze_energy, late_c2
         )
         state.check(cloud, materials, self.evaluated, time)
-        if self.scheme.start_volumes:
+        if self.scheme.reconstructed:
             start_volumes.turn(self.evaluated.row, cloud.start_density)
 
     def _fill_images(self, cloud: Cloud, time: float) -> None:

@@ -22,7 +22,7 @@ from dem.beds.relaxation import Fire
 from dem.contact.columns import RADIUS
 from dem.contact.gravity import Field
 from dem.contact.settings import OCEAN, Contact
-from dem.contact.walls import PLANE, Wall, cylinder, funnel
+from dem.contact.walls import PLANE, REVOLVED, Wall, cylinder
 from dem.grains.assembly import LEFT, Assembly
 from matter.errors import InputError
 from matter.particles import Particles
@@ -33,6 +33,31 @@ PACKED = 0.60
 SIDES = (Wall(PLANE, direction=(1.0, 0.0, 0.0)), Wall(PLANE, direction=(0.0, 1.0, 0.0)))
 """The two smooth planes that cut out a quarter."""
 STIFFNESS = 600.0
+
+
+def funnel(
+    lower: tuple[float, float],
+    upper: tuple[float, float],
+    point: Sequence[float] = (0.0, 0.0, 0.0),
+    axis: Sequence[float] = (0.0, 0.0, 1.0),
+    species: int = -1,
+    rims: tuple[bool, bool] = (True, False),
+    outside: bool = False,
+) -> Wall:
+    """A cut cone between the circles ``lower`` and ``upper``, (radius, height) each [m], felt from inside, or from
+    ``outside`` (a mound).
+
+    Equal heights give a flat disc, a floor with a hole, felt from above. ``rims``: whether a grain can touch the edge
+    at the lower and upper circle; not so at a joint with a cylinder.
+    """
+    return Wall(
+        REVOLVED,
+        point,
+        axis,
+        species=species,
+        ends=(upper, lower) if outside else (lower, upper),
+        rims=rims[::-1] if outside else rims,
+    )
 
 
 def filled(

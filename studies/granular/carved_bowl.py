@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
 from dem.grains.assembly import Assembly

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from dem.beds import settling, stage
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_domain import Cap
 from dem.beds.layered_body import LayeredBody
 from dem.grains.assembly import Assembly
 from matter.errors import InputError
@@ -65,7 +65,7 @@ def assembled(bed_run, bed, keep=None):
     particles = bed if keep is None else bed.select(keep)
     particles.tables.update(bed.tables)
     body = LayeredBody.read(bed_run / "2_sph" / "target.json")
-    domain = Domain.of_attribute(bed.attributes["domain"])
+    domain = Cap.of_attribute(bed.attributes["domain"])
     from dem.contact.settings import Contact
 
     return Assembly(particles, Contact(), domain.walls(), body.gravity())
@@ -102,10 +102,10 @@ def test_the_headroom_touches_without_load(bed_run, bed):
 def test_grains_do_not_lie_in_layers_along_the_datum(bed):
     """Of the grain centres within a quarter radius of the datum there are as many as elsewhere, a quarter less at
     most; half of them where the weight of packing grains ended at the datum."""
-    domain = Domain.of_attribute(bed.attributes["domain"])
+    domain = Cap.of_attribute(bed.attributes["domain"])
     r = bed.radius.mean()
     inner = domain.side_depth(bed.position) > 3.0 * r
-    height = (domain.height(bed.position)[inner] - domain.datum_radius) / r
+    height = (domain.height(bed.position)[inner] - domain.datum) / r
     usual = ((height > -5.0) & (height < -2.0)).sum() / 3.0
     assert (np.abs(height) < 0.25).sum() / (0.5 * usual) > 0.75
 

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from dem.beds import stage as bed_stage
+from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
-from dem.beds.container import Container
 from dem.beds.grading import Grading
 from dem.grains import pair_list, size_levels
 from matter.blocks import block_file, placing

@@ -119,7 +119,7 @@ def test_a_light_grain_does_not_set_the_step(carved, result):
 
 
 def test_the_bowl_fills(carved, result):
-    from dem.beds.bed_domain import Domain
+    from dem.beds.bed_domain import Cap
     from dem.collapse.stillness import surface_profile
     from dem.contact.settings import Contact
     from dem.grains.assembly import Assembly
@@ -127,7 +127,7 @@ def test_the_bowl_fills(carved, result):
     profiles = []
     for path in (result / "snap_0000.vtkhdf", result / "last.vtkhdf"):
         grains = snapshot.read(path)
-        domain = Domain.of_attribute(grains.attributes["domain"])
+        domain = Cap.of_attribute(grains.attributes["domain"])
         profiles.append(surface_profile(Assembly(grains, Contact(), domain.walls()), domain))
     assert profiles[0][0] < -0.5 * DEPTH
     assert profiles[1][0] > profiles[0][0] + 30e3
@@ -135,13 +135,13 @@ def test_the_bowl_fills(carved, result):
 
 def final(out):
     """Profile of the last snapshot [m] in rings of two mean radii, mean radius, mass that flies or has been booked."""
-    from dem.beds.bed_domain import Domain
+    from dem.beds.bed_domain import Cap
     from dem.collapse.stillness import surface_profile
     from dem.contact.settings import Contact
     from dem.grains.assembly import Assembly
 
     grains = snapshot.read(out / "last.vtkhdf")
-    domain = Domain.of_attribute(grains.attributes["domain"])
+    domain = Cap.of_attribute(grains.attributes["domain"])
     return (
         surface_profile(Assembly(grains, Contact(), domain.walls()), domain),
         grains.radius.mean(),

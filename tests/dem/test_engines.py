@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from dem import stage
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import ground_of
 from dem.beds.layered_body import LayeredBody
 from dem.collapse import external
@@ -439,18 +439,18 @@ def native(carved):  # noqa: F811
 
 
 def profile(folder):
-    from dem.beds.bed_domain import Domain
+    from dem.beds.bed_domain import Cap
     from dem.collapse.stillness import COLUMN
 
     last = snapshot.read(folder / "last.vtkhdf")
-    domain = Domain.of_attribute(last.attributes["domain"])
+    domain = Cap.of_attribute(last.attributes["domain"])
     bed = last.select(last.identity < 10_000)
     distance = np.linalg.norm(bed.position, axis=1)
-    arc = domain.datum_radius * domain.polar_angle(bed.position)
+    arc = domain.datum * domain.polar_angle(bed.position)
     size = 2.0 * COLUMN * bed.radius.mean()
     ring = (arc / size).astype(int)
     tops = [
-        np.sort((distance + bed.radius)[ring == k])[-(2 * k + 3) :].mean() - domain.datum_radius
+        np.sort((distance + bed.radius)[ring == k])[-(2 * k + 3) :].mean() - domain.datum
         for k in range(1, ring.max() - 1)
     ]
     return np.array(tops), bed.radius.mean()

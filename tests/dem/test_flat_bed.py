@@ -8,7 +8,7 @@ import pytest
 
 from dem.beds import flat_settling, grain_packing
 from dem.beds import stage as bed_stage
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact.settings import Contact, GrainLaw
 from dem.contact.walls import distance, rows
@@ -222,9 +222,9 @@ def test_containers(shape):
     points[:, 2] = rng.uniform(-10.0, 2.0, len(points))
     inside = box.depth_inside(points) > 0.0
     volume = 20.0 * 20.0 * 12.0
-    assert inside.mean() * volume == pytest.approx(box.volume(-10.0, 2.0), rel=0.01)
+    assert inside.mean() * volume == pytest.approx(box.volume_between(-10.0, 2.0), rel=0.01)
     lower = inside & (points[:, 2] < -4.0)
-    assert lower.mean() * volume == pytest.approx(box.volume(-10.0, -4.0), rel=0.02)
+    assert lower.mean() * volume == pytest.approx(box.volume_between(-10.0, -4.0), rel=0.02)
     # the nearest wall is as far as the container says
     table = rows(box.walls())
     for x, depth in zip(points[inside][:300], box.depth_inside(points[inside][:300])):

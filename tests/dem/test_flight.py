@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container
 from dem.collapse import flight, flight_collisions
 from dem.collapse.collapse_run import COLUMNS
 from dem.contact.gravity import Field
@@ -111,7 +110,7 @@ def test_a_grain_that_comes_down_on_the_upper_edge_of_a_wall_is_booked(shape):
 
 
 def test_the_side_of_a_cone_is_as_far_as_its_wall_says():
-    cone = Domain(5.0, 9.0, 10.0, 0.3, 0.0, 0.0, 0)
+    cone = Cap(5.0, 9.0, 10.0, 0.3, 0.0, 0.0, 0)
     from dem.contact.walls import distance
 
     x = np.array([[1.0, 0.5, 8.0], [0.2, 0.0, 6.0]])

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from dem.beds import expected_grains, extent, grading, grain_packing, stage
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from matter import cadence
 from tests.dem.stops import interrupted, same_grains
 from tests.dem.test_flat_bed import IMPACT, TARGET, check_at_rest, settled
@@ -54,7 +54,7 @@ def test_sizes_follow_the_profile_and_fill_every_zone_alike(container):
     volume, distance = 4.0 / 3.0 * np.pi * radius**3, np.linalg.norm(points, axis=1)
     trial = np.random.default_rng(2).uniform(-50.0, 50.0, (400_000, 3))
     trial = trial[container.depth_inside(trial) > 0.0]
-    whole = container.volume(container.floor, container.top)
+    whole = container.volume_between(container.floor, container.top)
     for low, high in ((0.0, 17.9), (17.9, 30.0), (30.0, 45.0)):
         zone = whole * np.mean((np.linalg.norm(trial, axis=1) >= low) & (np.linalg.norm(trial, axis=1) < high))
         assert volume[(distance >= low) & (distance < high)].sum() / zone == pytest.approx(
@@ -66,7 +66,7 @@ def test_grains_alike_are_a_growth_of_nothing():
     container = CONTAINERS[0]
     sizes, below = grading.solved(1000, 0.0, 0.6, container, IMPACT, 0.0)
     sphere = 4.0 / 3.0 * np.pi * sizes.radius**3
-    assert 1000 * sphere == pytest.approx(0.6 * container.volume(-20.0, 4.0))
+    assert 1000 * sphere == pytest.approx(0.6 * container.volume_between(-20.0, 4.0))
     assert below == pytest.approx(1000 * 20.0 / 24.0)
     assert (sizes.at(np.array([0.0, 1e3])) == sizes.radius).all()
 

@@ -7,8 +7,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dem.beds import bed_measures, loose_packing, stage
-from dem.beds.bed_domain import Domain
-from dem.beds.container import Container
+from dem.beds.bed_domain import Cap, Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.settling_phases import LOOSE_PHASES
 from dem.collapse import ground_fraction
@@ -128,7 +127,7 @@ def test_a_cap_is_loose_where_it_is_solid(tmp_path, bed_settings):
     assert abs(report["mass_error"]) < 0.01
     assert report["floor_pressure_Pa"] == pytest.approx(report["floor_pressure_target_Pa"], rel=0.05)
     bed = snapshot.read(tmp_path / "3_bed" / "bed.vtkhdf")
-    domain = Domain.of_attribute(bed.attributes["domain"])
+    domain = Cap.of_attribute(bed.attributes["domain"])
     height, r = domain.height(bed.position), bed.radius.mean()
     inner = domain.side_depth(bed.position) > 3.0 * r
     solid = inner & (height > 1946.9e3 + r) & (height < 2101.8e3 - r)

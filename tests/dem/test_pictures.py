@@ -31,7 +31,7 @@ def test_a_bed_is_drawn_in_a_unit_that_suits_its_size(size, unit, across):
     assert np.asarray(circles.get_offsets())[:, 0].max() == pytest.approx(0.5 * across)
 
     axes = Figure().add_subplot()
-    domain = SimpleNamespace(half_angle=0.5, core_radius=size, datum_radius=2.0 * size, top_radius=2.2 * size)
+    domain = SimpleNamespace(half_angle=0.5, floor=size, datum=2.0 * size, top=2.2 * size)
     bed_pictures.slab(axes, grains(size), domain)
     assert axes.get_xlabel() == f"x [{unit}]"
     assert axes.get_xlim()[1] == pytest.approx(1.05 * 2.2 * across * np.sin(0.5))

@@ -225,7 +225,7 @@ def test_what_is_thrown_off_a_body_is_booked_with_its_energy(tmp_path, made, bod
         bed.attributes["shot"] = {"momentum_kg_m_s": [0.0, 0.0, -1e6], "normal": [0.0, 0.0, 1.0]}
 
     thrown: list = []
-    settings = started(tmp_path, made, kick, end_time=2000.0, latest_time=2000.0, pull_interval=3.0)
+    settings = started(tmp_path, made, kick, end_time=2000.0, latest_time=2000.0)
     stage.run(settings, tmp_path, tmp_path / "5_dem")
     found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
     assert found["booked"]["escaped"]["grains"] == 2 and found["left"] == 3
@@ -256,7 +256,7 @@ def test_what_escapes_counts_as_it_was_at_the_hill_sphere(tmp_path, made, body, 
         bed["state"][high] = BALLISTIC
         bed.attributes["shot"] = {"momentum_kg_m_s": [0.0, 0.0, -1e6], "normal": [0.0, 0.0, 1.0]}
 
-    settings = started(tmp_path, made, kick, companion=companion, pull_interval=3.0)
+    settings = started(tmp_path, made, kick, companion=companion)
     stage.run(settings, tmp_path, tmp_path / "5_dem")
     found = json.loads((tmp_path / "5_dem" / "stage_report.json").read_text())
     last = snapshot.read(tmp_path / "5_dem" / "last.vtkhdf")

@@ -7,8 +7,9 @@ import pytest
 
 from dem.beds.relaxation import Fire
 from dem.contact.settings import OCEAN
-from dem.contact.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder, distance, funnel
+from dem.contact.walls import CONE, PLANE, SPHERE_INSIDE, SPHERE_OUTSIDE, Wall, cylinder, distance
 from matter.errors import InputError
+from studies.granular.bulk_flows import funnel
 from tests.dem.scenes import SMOOTH, assembly, grains
 
 ANGLE = 0.6

@@ -71,7 +71,7 @@ def test_a_lattice_bed_recovers_its_cells():
     n = 12
     points = np.stack(np.meshgrid(*(np.arange(n) + 0.5,) * 3, indexing="ij"), axis=-1).reshape(-1, 3)
     points -= [n / 2, n / 2, n]
-    region = domain.Cylinder(4.5, -9.0, -3.0, -3.0)
+    region = domain.Upright("cylinder", 4.5, -9.0, -3.0, -3.0)
     bed = clouds.bed_of(
         points,
         np.full(len(points), 0.5),
@@ -92,7 +92,7 @@ def test_a_lattice_bed_recovers_its_cells():
 def test_share_of_particles_at_the_side_is_their_part_inside():
     """A lattice cut by a cylinder: the shares sum to the volume inside, a particle on the face counts half."""
     points = clouds.lattice((9.0, 9.0, 9.0), 1.0)
-    region = domain.Cylinder(5.0, -5.0, 0.0, 5.0)
+    region = domain.Upright("cylinder", 5.0, -5.0, 5.0)
     share, centre = cloud_surface.fraction_inside(
         points, np.ones(len(points)), region, cKDTree(points), np.arange(len(points))
     )
@@ -119,17 +119,17 @@ def test_domain_points_are_even_and_columns_cover_it():
 def test_flat_domains_are_the_beds_own_containers(shape):
     """What the bed stage records, read here: same volume, same distances from the walls, points of even density
     inside."""
-    from dem.beds.container import Container
+    from dem.beds.bed_domain import Container
 
     bed = Container(shape, 10.0, -10.0, 2.0)
     region = domain.read({"frame": "plane", "domain": bed.as_attribute()})
-    assert region.volume == pytest.approx(bed.volume(-10.0, 2.0), rel=1e-12)
+    assert region.volume == pytest.approx(bed.volume_between(-10.0, 2.0), rel=1e-12)
     points = region.even_points(np.random.default_rng(1).uniform(size=(20_000, 3)))
     np.testing.assert_allclose(region.depth_inside(points), bed.depth_inside(points), atol=1e-9)
     assert region.depth_inside(points).min() > -1e-9
     for low, high in ((-10.0, -6.0), (-4.0, 0.0)):
         share = np.mean((points[:, 2] > low) & (points[:, 2] < high))
-        assert share == pytest.approx(bed.volume(low, high) / region.volume, abs=0.015)
+        assert share == pytest.approx(bed.volume_between(low, high) / region.volume, abs=0.015)
 
 
 def test_an_unknown_container_is_refused():
@@ -146,7 +146,7 @@ def test_points_are_split_until_every_particle_owns_some():
     """Particles a tenth as wide as elsewhere: before, most of them own no point, and would hand their momentum to no
     grain."""
     rng = np.random.default_rng(5)
-    region = domain.Cylinder(4.5, -9.0, 0.0, 0.0)
+    region = domain.Upright("cylinder", 4.5, -9.0, 0.0)
     coarse = rng.uniform([-4.5, -4.5, -9.0], [4.5, 4.5, 0.0], (4000, 3))
     coarse = coarse[np.linalg.norm(coarse, axis=1) > 0.8]
     small = rng.uniform([-0.8, -0.8, -0.8], [0.8, 0.8, 0.0], (12_000, 3))

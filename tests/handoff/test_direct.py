@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from handoff.domains.domain import Cylinder
+from handoff.domains.domain import Upright
 from handoff.transfer import overlaps
 from matter.particles import Particles
 
@@ -43,6 +43,6 @@ def test_pairs_of_very_different_sizes_are_all_found():
 
 
 def test_walls_count_as_contacts():
-    box = Cylinder(radius=10.0, floor=-5.0, datum=0.0, top=5.0)
+    box = Upright("cylinder", 10.0, -5.0, 5.0)
     found = overlaps.measure(grains([[0, 0, -4.5], [9.2, 0, 0], [0, 0, 4.9]], 1.0), box)
     np.testing.assert_allclose(np.sort(found.depth), [0.2, 0.5])  # the side and the floor, never the top

@@ -133,7 +133,7 @@ def test_bowl_on_a_sphere():
 
 @pytest.mark.parametrize(
     "region",
-    [domain.Cone(1800e3, 2100e3, 2250e3, 0.7), domain.Cylinder(1500e3, -300e3, 0.0, 150e3)],
+    [domain.Cone(1800e3, 2100e3, 2250e3, 0.7), domain.Upright("cylinder", 1500e3, -300e3, 150e3)],
     ids=["sphere", "plane"],
 )
 @pytest.mark.parametrize("shift", [0.0, 150e3, 300e3])

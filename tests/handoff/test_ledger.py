@@ -123,7 +123,7 @@ def test_softened_matter_stores_shear_by_its_own_modulus():
         {"materials": ["basalt"]},
     )  # fmt: skip
     region, column = (
-        domain.Cylinder(5.0, -5.0, 0.0, 1.0),
+        domain.Upright("cylinder", 5.0, -5.0, 1.0),
         hydrostatic.Column(np.array([-5.0, 0.0]), np.zeros(2), np.full(2, 1e-4), np.inf, 1e-4),
     )
     own = material.load("basalt")["elastic"]["shear_modulus"]

@@ -82,7 +82,10 @@ def test_a_detached_block_is_ejecta(column):
     points = np.concatenate([points[points[:, 2] < 0.0], clouds.lattice((2.0, 2.0, 2.0), 1.0) + [0.0, 0.0, 6.0]])
     source = clouds.source_of(points, np.ones(len(points)), np.zeros((len(points), 3)), 1000.0)
     split, _, _ = cloud_surface.classify(
-        source, domain.Cylinder(8.0, -8.0, 0.0, 9.0), hydrostatic.uniform(1.0, 1000.0, 9.0), cloud_surface.Rules()
+        source,
+        domain.Upright("cylinder", 8.0, -8.0, 9.0),
+        hydrostatic.uniform(1.0, 1000.0, 9.0),
+        cloud_surface.Rules(),
     )
     block = points[:, 2] > 2.0
     assert np.all(split.reason[block] == cloud_surface.DETACHED)
@@ -231,7 +234,7 @@ def lined_bowl(upward: float, height: float = 0.0) -> tuple[Particles, np.ndarra
 def test_expanded_matter_is_ejecta_where_it_leaves_the_ground(upward, height, neighbours, expected):
     source, lining = lined_bowl(upward, height)
     source["neighbours"] = np.where(lining, neighbours, 33)
-    region = domain.Cylinder(clouds.ARC_FLAT, -clouds.DEPTH, 0.0, 9.0)
+    region = domain.Upright("cylinder", clouds.ARC_FLAT, -clouds.DEPTH, 9.0)
     split = cloud_surface.by_motion(source, region, hydrostatic.uniform(1.0, 917.0, 20.0), cloud_surface.Rules())
     assert np.all(split.reason[lining] == expected)
     assert np.all(split.reason[~lining] == cloud_surface.COMPACT)

@@ -42,7 +42,7 @@ def shot(g, share=0.05):
     return (
         source,
         np.arange(len(points)) < len(ground),
-        domain.Cylinder(20.0, -12.0, 0.0, HEADROOM),
+        domain.Upright("cylinder", 20.0, -12.0, HEADROOM),
         hydrostatic.uniform(g, 1000.0, 20.0),
         R / time,
     )
@@ -116,7 +116,7 @@ def test_without_a_cavity_the_spacing_takes_the_place_of_its_radius():
     )
     split = cloud_surface.by_motion(
         Particles(source, {**source.attributes, "time": 100.0}),
-        domain.Cylinder(20.0, -12.0, 0.0, HEADROOM),
+        domain.Upright("cylinder", 20.0, -12.0, HEADROOM),
         hydrostatic.uniform(1e-6, 1e3, 20.0),
         cloud_surface.Rules(),
     )
@@ -139,10 +139,10 @@ def graded(radius, depth):
 
 @pytest.mark.parametrize("radius, depth", [(0.75, 0.4), (1.5, 0.7), (2.5, 1.1), (9.0, 3.0)])
 def test_a_small_crater_in_a_wide_bed_is_found_beside_coarse_particles(radius, depth):
-    size = cavity.of_particles(*graded(radius, depth), domain.Bowl(18.0, -18.0, 0.0, 4.0))
+    size = cavity.of_particles(*graded(radius, depth), domain.Upright("bowl", 18.0, -18.0, 4.0))
     assert size.radius == pytest.approx(radius, rel=0.1)
     assert size.depth == pytest.approx(depth, abs=0.15)
 
 
 def test_level_ground_of_coarse_particles_has_no_crater():
-    assert cavity.of_particles(*graded(1.0, 0.0), domain.Bowl(18.0, -18.0, 0.0, 4.0)).radius == 0.0
+    assert cavity.of_particles(*graded(1.0, 0.0), domain.Upright("bowl", 18.0, -18.0, 4.0)).radius == 0.0

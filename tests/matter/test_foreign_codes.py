@@ -9,7 +9,7 @@ import pytest
 from matter import formats
 from matter.errors import InputError
 from matter.files import snapshot
-from matter.formats import miluphcuda, opensph, placing
+from matter.formats import miluphcuda, opensph, turned_frame
 from matter.particles import Particles
 from tests.matter import foreign_files as foreign
 
@@ -216,8 +216,8 @@ def test_another_frame_is_turned_upright(up):
     cloud = Particles(
         {"position": place, "velocity": spin, "deviatoric_stress": stress, "mass": np.ones(5)}, {"time": 2.0}
     )
-    found = placing.placed(cloud, (7.0, 0.0, 0.0), up)
-    turn = placing.rotation_onto_z(up)
+    found = turned_frame.placed(cloud, (7.0, 0.0, 0.0), up)
+    turn = turned_frame.rotation_onto_z(up)
     np.testing.assert_allclose(turn @ turn.T, np.eye(3), atol=1e-12)
     assert np.linalg.det(turn) == pytest.approx(1.0)
     np.testing.assert_allclose(turn @ up, [0, 0, np.linalg.norm(up)], atol=1e-12)
@@ -234,4 +234,4 @@ def test_another_frame_is_turned_upright(up):
         found.deviatoric_stress[:, 5], np.einsum("a,nab,b->n", normal, full, normal), atol=1e-12
     )
     with pytest.raises(InputError, match="no direction"):
-        placing.placed(cloud, up=(0, 0, 0))
+        turned_frame.placed(cloud, up=(0, 0, 0))

@@ -5,23 +5,28 @@ import pytest
 from scipy.spatial import cKDTree
 
 from matter.points import packing
-from matter.points.regions import Block, Bowl, Cylinder
+from matter.points.regions import Slab
 
-SLABS = [Cylinder(1.0, -0.7, -0.2), Bowl(1.0, -1.0, -0.4), Bowl(1.0, -0.4, 0.0), Block(0.5, -1.0, 0.0)]
+SLABS = [
+    Slab("cylinder", 1.0, -0.7, -0.2),
+    Slab("bowl", 1.0, -1.0, -0.4),
+    Slab("bowl", 1.0, -0.4, 0.0),
+    Slab("box", 0.5, -1.0, 0.0),
+]
 
 
-@pytest.mark.parametrize("region", SLABS, ids=lambda r: f"{type(r).__name__}{r.bottom}")
+@pytest.mark.parametrize("region", SLABS, ids=lambda r: f"{r.shape}{r.bottom}")
 def test_drawn_points_fill_the_region_evenly(region):
     rng = np.random.default_rng(1)
     points = region.random_points(rng, 40_000)
     assert len(points) == 40_000 and region.inside(points).all()
     box = rng.uniform(-1.0, 1.0, size=(400_000, 3))
     assert 8.0 * region.inside(box).mean() == pytest.approx(region.volume, rel=0.02)
-    some = Block(0.2, max(region.bottom, -0.6), region.top)  # inside each of them
+    some = Slab("box", 0.2, max(region.bottom, -0.6), region.top)  # inside each of them
     assert some.inside(points).mean() == pytest.approx(some.volume / region.volume, rel=0.05)
 
 
-@pytest.mark.parametrize("region", SLABS, ids=lambda r: f"{type(r).__name__}{r.bottom}")
+@pytest.mark.parametrize("region", SLABS, ids=lambda r: f"{r.shape}{r.bottom}")
 def test_images_lie_outside_and_kept_points_inside(region):
     rng = np.random.default_rng(2)
     points = region.random_points(rng, 3000)
@@ -38,7 +43,7 @@ def test_graded_glass_in_a_bowl():
     def spacing(x):
         return 0.06 + 0.1 * np.linalg.norm(x, axis=1)
 
-    region = Bowl(1.0, -1.0, 0.0)
+    region = Slab("bowl", 1.0, -1.0, 0.0)
     points, volume = packing.graded(spacing, region, np.random.default_rng(1), finest=0.06)
     assert region.inside(points).all() and volume.sum() == pytest.approx(region.volume, rel=1e-12)
     nearest = cKDTree(points).query(points, k=2)[0][:, 1] / spacing(points)

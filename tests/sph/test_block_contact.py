@@ -7,9 +7,9 @@ import pytest
 
 from sph.pairs import block_contact, rates, scheme
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE
-from tests.sph.test_rates import _Cloud
+from tests.sph.test_rates import _Cloud, rows_of
 
-WITH_BLOCKS = scheme.Scheme(reconstructed=True, conducting=True, with_blocks=True)
+WITH_BLOCKS = scheme.Scheme(reconstructed=True, with_blocks=True)
 
 
 def test_only_pairs_across_a_block_s_surface_are_parted():
@@ -26,7 +26,8 @@ def _rates(cloud, kinds, slopes=0.1) -> rates.Rates:
     second[:, SLOPE : SLOPE + 6] = np.random.default_rng(5).normal(size=(n, 6)) * slopes
     second[:, MATERIAL], second[:, ENERGY] = kinds, np.random.default_rng(6).uniform(0.0, 1e6, n)
     out = rates.Rates(n, strain_rate=True)
-    cloud.summed(WITH_BLOCKS, scheme.rows(cloud.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=8.0))
+    rows = rows_of(cloud.rows(), second, cloud.density)
+    cloud.summed(WITH_BLOCKS, rows, out, rates.Damping(3.0, 10.0, conductivity=8.0))
     return out
 
 

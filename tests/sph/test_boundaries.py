@@ -22,9 +22,10 @@ from sph.boundary.images import Images
 from sph.boundary.periodic import Periodic
 from sph.boundary.wall import Wall
 from sph.materials.rows import collect
-from sph.pairs import rates, scheme
+from sph.pairs import rates
 from sph.pairs.row import SUPPORT, VZ, XZ, YZ, Z
 from sph.stepping import sides_and_floor
+from tests.sph.test_rates import rows_of
 from tests.sph.test_stage import settings
 
 BASALT = collect(("basalt",))
@@ -66,7 +67,7 @@ def test_periodic_box_against_the_box_and_its_26_copies():
     stress = np.concatenate([c.stress] * 27)[order]
     out = rates.Rates(27 * n)
     matter = rates.Matter(np.zeros(27 * n, dtype=np.int32), i.rows.shear, np.ones((27 * n, 2)), stress, True)
-    rates.compute(i.forces.scheme, scheme.rows(row[order].copy()), found, matter, i.damping, out)
+    rates.compute(i.forces.scheme, rows_of(row[order].copy()), found, matter, i.damping, out)
     back = np.argsort(order)[:n]
     for name in ("acceleration", "stress", "density", "energy", "divergence", "approach"):
         one, many = getattr(i.forces.rates, name), getattr(out, name)[back]
@@ -103,7 +104,7 @@ def test_a_wall_is_where_the_mirrored_half_would_be():
     stress = np.concatenate([c.stress, image])[order]
     out = rates.Rates(2 * n)
     matter = rates.Matter(np.zeros(2 * n, dtype=np.int32), i.rows.shear, np.ones((2 * n, 2)), stress, True)
-    rates.compute(i.forces.scheme, scheme.rows(row[order].copy()), found, matter, i.damping, out)
+    rates.compute(i.forces.scheme, rows_of(row[order].copy()), found, matter, i.damping, out)
     back = np.argsort(order)[:n]
     for name in ("acceleration", "stress", "density", "energy"):
         one, many = getattr(i.forces.rates, name), getattr(out, name)[back]

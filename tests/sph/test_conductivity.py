@@ -10,8 +10,9 @@ from fixtures import columns, shocks, solutions
 from sph.materials.rows import collect
 from sph.pairs import conductivity, rates, scheme
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE
+from sph.stepping.numerics import SETS
 from studies import sph_peak_pressure
-from tests.sph.test_rates import _Cloud
+from tests.sph.test_rates import _Cloud, rows_of
 
 
 @given(mu=st.floats(-1e5, 0.0))
@@ -30,8 +31,9 @@ def exchanged(kinds, warmth, k=8.0):
     second[:, MATERIAL], second[:, ENERGY] = kinds, warmth
     for coefficient in (k, 0.0):
         out = rates.Rates(1000, strain_rate=True)
-        chosen = scheme.Scheme(reconstructed=True, conducting=True)
-        c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=coefficient))
+        chosen = scheme.Scheme(reconstructed=True)
+        rows = rows_of(c.rows(), second, c.density)
+        c.summed(chosen, rows, out, rates.Damping(3.0, 10.0, conductivity=coefficient))
         found.append(out)
     assert np.array_equal(found[0].acceleration, found[1].acceleration)
     return c, found[0].energy - found[1].energy
@@ -58,32 +60,22 @@ def test_heat_stays_in_its_material():
         assert abs(c.mass[mine] @ change[mine]) < 1e-12 * (c.mass[mine] @ np.abs(change[mine]))
 
 
-@pytest.mark.parametrize("other", ["corrected", "switched"])
-def test_columns_that_others_take_are_not_shared(other):
-    """The compiled loop would read a tensor or a share of the viscosity for heat and material."""
-    c, second = _Cloud(216), np.zeros((216, 16))
-    out = rates.Rates(216, strain_rate=True)
-    with pytest.raises(ValueError, match="one column of the extra rows"):
-        chosen = scheme.Scheme(reconstructed=True, conducting=True, **{other: True})
-        c.summed(chosen, scheme.rows(c.rows(), second), out, rates.Damping(3.0, 10.0, conductivity=1.0))
-
-
 @pytest.mark.validation
-def test_a_spinning_ball_keeps_the_heat_of_its_core():
+def test_a_spinning_ball_keeps_the_heat_of_its_core(monkeypatch):
     """A quarter of a turn, 50 crossings of sound: its pressure hangs on that heat, and none of it is carried."""
-    with_it, without = (
-        solutions.spin(radius=4.0, turns=0.25, gradients="plain", conductivity=k)[2] for k in (8.0, 0.0)
-    )
+    found = []
+    for k in (8.0, 0.0):
+        monkeypatch.setitem(SETS["reconstructed"], "conductivity", k)
+        found.append(solutions.spin(radius=4.0, turns=0.25, gradients="plain")[2])
+    with_it, without = found
     assert with_it == pytest.approx(without, abs=1e-4)
 
 
-def first_layer(k):
+def first_layer():
     """Excess of the specific energy of the layer at a piston of 10 km/s over ice, and the plateau's pressure, over the
     exact ones."""
     row = shocks.published("ice", 10000.0)
-    column = columns.Column(
-        collect(("ice",)), 40, piston=10000.0, **columns.SETS["reconstructed"] | {"conductivity": k}
-    )
+    column = columns.Column(collect(("ice",)), 40, piston=10000.0)
     column.integrator.start()
     column.run(0.8 * 40 * column.gap / float(row["us_m_s"]))
     u, P = column.layers(column.cloud.specific_energy), column.layers(column.integrator.forces.evaluated.pressure)
@@ -91,9 +83,11 @@ def first_layer(k):
 
 
 @pytest.mark.validation
-def test_a_piston_leaves_less_heat_and_pressure_in_its_first_layer():
+def test_a_piston_leaves_less_heat_and_pressure_in_its_first_layer(monkeypatch):
     """1.8 times the energy too much without, and a third of the pressure over it on the way."""
-    (heat, pressure), (before, over) = first_layer(8.0), first_layer(0.0)
+    heat, pressure = first_layer()
+    monkeypatch.setitem(SETS["reconstructed"], "conductivity", 0.0)
+    before, over = first_layer()
     assert before > 1.5 and over > 0.25
     assert heat < 0.75 and pressure < 0.15
 
@@ -104,11 +98,3 @@ def test_single_particles_hardly_overshoot_at_first_contact():
     got = sph_peak_pressure.measured(6.0, numerics="reconstructed")
     assert got["target_Pa"] < 1.2 * 111e9 and got["ball_Pa"] < 1.45 * 111e9
     assert got["ball_nine_tenths_Pa"] < 1.2 * 111e9
-
-
-@pytest.mark.parametrize(
-    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "morris_monaghan"}, {"gradients": "corrected"}]
-)
-def test_asked_for_where_it_cannot_be_it_is_refused(other):
-    with pytest.raises(ValueError, match="conductivity needs"):
-        sph_peak_pressure.settings(6.0, numerics="reconstructed", conductivity=1.0, **other)

@@ -5,7 +5,7 @@ import pytest
 from scipy.sparse.csgraph import connected_components
 
 from matter.files import snapshot
-from matter.geometry.fragments import LINK, NONE, groups
+from matter.geometry.connected import LINK, NONE, groups
 from matter.particles import Particles
 from matter.points import packing
 from sph.outcome import fragments

@@ -47,10 +47,10 @@ def ball(**options):
 
 
 def evaluate(c, alpha=0.0, beta=0.0, first=False, kernel="cubic_spline"):
-    out, row = rates.Rates(len(c.mass)), c.rows()
+    out, row = rates.Rates(len(c.mass), strain_rate=first), c.rows()
     if first:
         start_volumes.turn(row, c.start_density)
-    chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=first, corrected=True)
+    chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), reconstructed=first, corrected=True)
     rows = scheme.Rows(row, np.zeros((len(c.mass), 16)), c.start_density, np.zeros((len(c.mass), 6)))
     gradients.correct(chosen, rows, c.found)
     c.summed(chosen, rows, out, rates.Damping(alpha, beta))

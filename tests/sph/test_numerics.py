@@ -11,9 +11,8 @@ from sph.settings import Settings
 from sph.stepping.numerics import SETS, Numerics
 
 MONAGHAN = {
-    "viscosity": "monaghan", "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0,
-    "volumes": "present", "smoothing": "fixed",
-    "shortest": 0.5, "length_terms": False, "gradients": "plain", "conductivity": 0.0,
+    "alpha": 2.0, "beta": 10.0, "courant": 0.3, "kernel": "cubic_spline", "support": 2.0, "gradients": "plain",
+    "conductivity": 0.0,
 }  # fmt: skip
 """What results kept under this name were made with: it never changes."""
 
@@ -21,21 +20,12 @@ MONAGHAN = {
 def test_monaghan_is_what_kept_results_stand_on():
     got = Numerics(numerics="monaghan")
     assert {key: getattr(got, key) for key in MONAGHAN} == MONAGHAN
-    assert (
-        not (got.scheme.reconstructed or got.scheme.start_volumes)
-        and got.limits_of_length is None
-        and got.gradient_scale == 1.0
-    )
+    assert not got.scheme.reconstructed and got.limits_of_length is None and got.gradient_scale == 1.0
 
 
 def test_reconstructed_is_compiled_for_its_viscosity_and_first_volumes():
     got = Numerics(numerics="reconstructed")
-    assert (
-        got.scheme.reconstructed
-        and got.scheme.start_volumes
-        and got.length_terms
-        and got.limits_of_length == (0.7, 2.0)
-    )
+    assert got.scheme.reconstructed and got.limits_of_length == (0.7, 2.0)
     assert got.gradient_scale == pytest.approx(1.006, abs=0.002)
 
 
@@ -62,25 +52,15 @@ def test_the_prediction_knows_what_a_set_costs():
 
 @pytest.mark.parametrize("name", SETS)
 def test_single_keys_go_before_the_set(name):
-    got = Numerics(numerics=name, alpha=1.25, support=2.2)
-    assert (got.alpha, got.support) == (1.25, 2.2) and got.viscosity == SETS[name]["viscosity"]
+    got = Numerics(numerics=name, alpha=1.25, gradients="corrected")
+    assert (got.alpha, got.gradients) == (1.25, "corrected") and got.beta == SETS[name]["beta"]
 
 
-def test_terms_of_the_supports_go_with_volumes_of_the_start():
-    """A case that takes the set but keeps present volumes is no mistake of its own: the terms are left out; asked for
-    by name they are refused."""
-    assert not Numerics(numerics="reconstructed", volumes="present").length_terms
-    assert not Numerics(numerics="reconstructed", smoothing="fixed").length_terms
-    assert Numerics(numerics="reconstructed").length_terms
-
-
-@pytest.mark.parametrize(
-    "other", [{"viscosity": "monaghan"}, {"viscosity_switch": "morris_monaghan"}, {"gradients": "corrected"}]
-)
+@pytest.mark.parametrize("other", [{"viscosity_switch": "morris_monaghan"}, {"gradients": "corrected"}])
 def test_conductivity_goes_with_the_viscosity_that_knows_the_smooth_flow(other):
     assert Numerics(numerics="reconstructed").conductivity == 8.0
     got = Numerics(numerics="reconstructed", **other)
-    assert got.conductivity == 0.0 and not got.scheme.conducting and not got.conducts
+    assert got.conductivity == 0.0 and not got.scheme.conducting
 
 
 def test_the_description_of_the_key_says_what_the_sets_choose():

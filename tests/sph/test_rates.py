@@ -15,6 +15,20 @@ from sph.stepping import state
 SHEAR = np.array([2.8e9])
 
 
+def rows_of(
+    row: np.ndarray,
+    extra: np.ndarray | None = None,
+    start_density: np.ndarray | None = None,
+) -> scheme.Rows:
+    """``scheme.Rows`` with empty arrays for what is None."""
+    return scheme.Rows(
+        row,
+        np.zeros((0, row.shape[1])) if extra is None else extra,
+        np.zeros(0) if start_density is None else start_density,
+        np.zeros((0, 6)),
+    )
+
+
 class _Cloud:
     """The few arrays that the pair pass reads."""
 
@@ -47,13 +61,13 @@ class _Cloud:
         return made
 
     def evaluate(self, alpha=1.0, beta=2.0, stiffness=None, first=False, kernel="cubic_spline"):
-        out, row = rates.Rates(len(self.mass)), self.rows()
+        out, row = rates.Rates(len(self.mass), strain_rate=first), self.rows()
         if first:
             start_volumes.turn(row, self.start_density)
-        chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), start_volumes=first)
+        chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), reconstructed=first)
         self.summed(
             chosen,
-            scheme.rows(row, start_density=self.start_density),
+            rows_of(row, np.zeros((len(row), chosen.extra_width)), self.start_density),
             out,
             rates.Damping(alpha, beta),
             stiffness,

@@ -208,7 +208,7 @@ def test_a_shot_at_rubble_runs_and_says_what_became_of_the_blocks(tmp_path, caps
     "change, words",
     [
         ('[sph]\nsymmetry = "quarter"', "they have no mirror images"),
-        ('[sph]\nnumerics = "monaghan"', 'they need viscosity = "reconstructed"'),
+        ('[sph]\nnumerics = "monaghan"', 'they need numerics = "reconstructed"'),
     ],
 )
 def test_what_does_not_go_with_blocks_is_refused(tmp_path, change, words):

@@ -24,9 +24,9 @@ def test_a_smeared_blast_has_its_densest_shell_within_its_front():
 
 @pytest.mark.validation
 def test_a_blast_runs_as_sedov_says():
-    """Gamma 5/3, 24 spacings, with the terms of the supports: the front that smears to the shell within 2 %; without
-    them 4 % ahead."""
-    got = blast.blast(24, 5.0 / 3.0, length_terms=True)
+    """Gamma 5/3, 24 spacings: the front that smears to the shell within 2 %; without the terms of the supports
+    (``sph.pairs.length_terms``) 4 % ahead."""
+    got = blast.blast(24, 5.0 / 3.0)
     assert got.front == pytest.approx(1.0, abs=0.02) and abs(got.energy) < 1e-3
 
 

@@ -7,7 +7,7 @@ import pytest
 
 from matter.case.body import Impact, Layer, Projectile, Target
 from matter.points.cut_region import Cut
-from matter.points.regions import Block
+from matter.points.regions import Slab
 from sph import simulation
 from sph.bodies import symmetry
 from sph.bodies.target import Body
@@ -185,7 +185,7 @@ def test_what_is_written_is_the_whole(tmp_path, monkeypatch):
 def test_points_meet_a_mirror_as_a_layer():
     from matter.points import packing
 
-    region = Cut(Block(1.0, -1.0, 0.0), (0, 1))
+    region = Cut(Slab("box", 1.0, -1.0, 0.0), (0, 1))
     points, volume = packing.graded(lambda x: np.full(len(x), 0.1), region, np.random.default_rng(2))
     assert volume.sum() == pytest.approx(1.0)
     assert (points[:, :2] > 0.024).all() and (points[:, :2] < 1.0).all()

@@ -14,8 +14,7 @@ from sph.materials.settings import Choice
 from sph.pairs import rates, scheme, start_volumes
 from sph.pairs.row import SLOPE
 from sph.viscosity import reconstructed
-from tests.sph.test_rates import _Cloud
-from tests.sph.test_smoothing import stopped_and_whole
+from tests.sph.test_rates import _Cloud, rows_of
 
 NUMBERS = st.floats(-1e4, 1e4)
 
@@ -41,11 +40,7 @@ def test_slopes_take_a_linear_flow_off_except_near_by_and_near_the_speed_of_soun
 
 
 @pytest.mark.parametrize(
-    "taken",
-    [
-        {"kernel": 1, "start_volumes": True},
-        *(pytest.param(x, marks=pytest.mark.validation) for x in ({}, {"switched": True})),
-    ],
+    "taken", [{"kernel": 1}, *(pytest.param(x, marks=pytest.mark.validation) for x in ({}, {"switched": True}))]
 )
 def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
     c, rng = _Cloud(1000), np.random.default_rng(5)
@@ -54,11 +49,10 @@ def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
     second = np.ones((1000, 8))
     second[:, SLOPE : SLOPE + 6] = rng.normal(size=(1000, 6)) * 0.1
     found, row = {}, c.rows()
-    if chosen.start_volumes:
-        start_volumes.turn(row, c.start_density)
+    start_volumes.turn(row, c.start_density)
     for name, slopes in (("with", second), ("without", second * ([0.0] * 6 + [1.0, 1.0]))):
         out = rates.Rates(1000, strain_rate=True)
-        c.summed(chosen, scheme.rows(row, slopes, c.start_density), out, rates.Damping(2.0, 10.0, near=0.5))
+        c.summed(chosen, rows_of(row, slopes, c.start_density), out, rates.Damping(2.0, 10.0, near=0.5))
         force = c.mass[:, None] * out.acceleration
         assert np.abs(force.sum(axis=0)).max() < 1e-12 * np.abs(force).sum()
         assert abs((force * c.velocity).sum() + c.mass @ out.energy) < 1e-12 * np.abs(force * c.velocity).sum()
@@ -69,14 +63,15 @@ def test_pairs_keep_momentum_and_total_energy_and_only_heat(taken):
     ].sum()
 
 
-def heat_of_smooth_flow(jitter, viscosity):
+def heat_of_smooth_flow(jitter, numerics):
     """Heat in a ball of lattice whose strain is uniform and without divergence."""
     materials = collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)})
     i = solutions.body(
         solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 7.0, 7.0, jitter),
         materials,
         7.0,
-        viscosity=viscosity,
+        numerics=numerics,
+        alpha=3.0,
     )
     i.neighbourhood.rebuild(i.cloud, 0.0)
     i.cloud.velocity[:] = i.cloud.position * [1.0, 1.0, -2.0]
@@ -93,9 +88,6 @@ def test_smooth_flow_hardly_feels_it(jitter):
     assert heat_of_smooth_flow(jitter, "reconstructed") < 0.1 * heat_of_smooth_flow(jitter, "monaghan")
 
 
-NAMED = {"viscosity": "reconstructed", "alpha": 3.0, "length_terms": True}
-
-
 @pytest.mark.validation
 def test_a_piston_keeps_its_plateau_in_a_narrower_front():
     """Aluminium at 2 km/s: pressure and density of the exact state, some 3 spacings wide where Monaghan's (2, 10) has
@@ -103,8 +95,8 @@ def test_a_piston_keeps_its_plateau_in_a_narrower_front():
     aluminum = collect(("aluminum",))
     row = shocks.published("aluminum", 2000.0)
     got, before = (
-        columns.shocked(aluminum, 2000.0, float(row["us_m_s"]), layers=40, **options)
-        for options in (NAMED, columns.SETS["monaghan"])
+        columns.shocked(aluminum, 2000.0, float(row["us_m_s"]), layers=40, numerics=numerics)
+        for numerics in ("reconstructed", "monaghan")
     )
     assert got.P == pytest.approx(float(row["P_Pa"]), rel=0.01) and got.scatter < 0.005
     assert got.rho == pytest.approx(float(row["rho_kg_m3"]), rel=0.01)
@@ -117,7 +109,7 @@ def test_rates_without_room_for_the_gradient_are_refused():
     with pytest.raises(ValueError, match="strain_rate=True"):
         c.summed(
             scheme.Scheme(reconstructed=True),
-            scheme.rows(c.rows(), np.zeros((500, 8))),
+            rows_of(c.rows(), np.zeros((500, 8))),
             rates.Rates(500),
             rates.Damping(1.0, 2.0),
         )
@@ -146,17 +138,10 @@ def test_images_carry_slopes_and_heat(walled):
     found = []
     for images, pieces in ((planes, copies[:1]), (None, copies)):
         x, v, e = (np.concatenate([piece[k] for piece in pieces]) for k in range(3))
-        i = solutions.body(x, materials, 12.0, images=images, viscosity="reconstructed", conductivity=8.0)
+        i = solutions.body(x, materials, 12.0, images=images)
         i.cloud.velocity[:], i.cloud.strain_rate[:] = v[i.cloud.identity], e[i.cloud.identity]
         i.cloud.specific_energy[:] = np.tile(warmth, len(pieces))[i.cloud.identity]
         i._remove_net_torque = lambda: None
         i.start()
         found.append(i.forces.rates.energy[np.argsort(i.cloud.identity)][:216])
     assert np.abs(found[0] - found[1]).max() < 1e-10 * np.abs(found[1]).max()
-
-
-@pytest.mark.validation
-def test_a_stage_resumes_to_the_last_bit(tmp_path, monkeypatch):
-    whole, parts = stopped_and_whole(tmp_path, monkeypatch, viscosity="reconstructed", conductivity=8.0)
-    for name in whole:
-        assert np.array_equal(whole[name], parts[name]), name

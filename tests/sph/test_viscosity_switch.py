@@ -11,7 +11,7 @@ from sph.materials.rows import collect
 from sph.pairs import rates, scheme
 from sph.pairs.row import VISCOSITY_FRACTION
 from sph.viscosity import morris_monaghan
-from tests.sph.test_rates import _Cloud
+from tests.sph.test_rates import _Cloud, rows_of
 from tests.sph.test_smoothing import stopped_and_whole
 
 
@@ -37,7 +37,7 @@ def test_a_pair_takes_the_mean_share(share):
     none, whole = c.evaluate(0.0, 0.0), c.evaluate()
     out, second = rates.Rates(1000), np.zeros((1000, 16))
     second[:, VISCOSITY_FRACTION] = share + np.where(np.arange(1000) == 431, 0.2, 0.0)
-    c.summed(scheme.Scheme(switched=True), scheme.rows(c.rows(), second), out, rates.Damping(1.0, 2.0))
+    c.summed(scheme.Scheme(switched=True), rows_of(c.rows(), second), out, rates.Damping(1.0, 2.0))
     far = np.linalg.norm(c.position - c.position[431], axis=1) > c.support_radius.max()
     for name in ("acceleration", "energy"):
         wanted = getattr(none, name) + share * (getattr(whole, name) - getattr(none, name))

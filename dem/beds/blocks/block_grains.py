@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.beds.container import Container
+from dem.beds.bed_domain import Container
 from dem.beds.grading import Grading
 from matter.blocks.placing import Placing
 from matter.errors import InputError

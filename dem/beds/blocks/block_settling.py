@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures, flat_settling
+from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
-from dem.beds.container import Container
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.loose_packing import FEWEST, LooseBed, begins
 from matter.errors import InputError
