@@ -21,7 +21,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.trials import friction_angle
-from matter.files import snapshot
 from matter.particles import Particles
 from studies.dem_bulk import Kept
 from studies.granular import dropped_ball
@@ -96,30 +95,26 @@ class Found(NamedTuple):
 
 def bed_of(seed: int, work: Path) -> Particles:
     """The bed of a seed, settled when it is not there."""
-    path = work / f"bed_{seed}{snapshot.SUFFIX}"
-    if not path.is_file():
-        work.mkdir(parents=True, exist_ok=True)
-        snapshot.write(dropped_ball.settled(seed, RADIUS, HEIGHT), path)
-    return snapshot.read(path)
+    return dropped_ball.settled(seed, RADIUS, HEIGHT, work / f"loose_{seed}")
 
 
 class Ground(NamedTuple):
     """Of the beads: slope angle of steady shear [deg] and its error; of the bed of the first seed how many they are,
-    its solid fraction and level [d]."""
+    its solid fraction, density over that of a bead, and level [d]."""
 
     angle_deg: float
     error_deg: float
     beads: int
     fraction: float
+    density: float
     level: float
 
 
 def ground_of(work: Path) -> Ground:
     """What the laws need to know of the ground; nothing of it comes from a drop."""
     angle, bed = friction_angle.measure(BEADS), bed_of(SEEDS[0], work)
-    return Ground(
-        angle["angle_deg"], angle["error_deg"], len(bed), dropped_ball.fraction(bed), dropped_ball.level(bed)
-    )
+    solid, density = dropped_ball.bulk(bed)
+    return Ground(angle["angle_deg"], angle["error_deg"], len(bed), solid, density, dropped_ball.level(bed))
 
 
 def judged(falls: dict[Drop, Fall], ground: Ground) -> dict[str, Found]:
@@ -129,7 +124,7 @@ def judged(falls: dict[Drop, Fall], ground: Ground) -> dict[str, Found]:
     scatter = {name: _scatter([getattr(one, name) for one in beds]) for name in ("depth", "width", "duration")}
     total = [one.height + one.depth for one in main]
     mu = math.tan(math.radians(ground.angle_deg))
-    by_law = [dropped_ball.depth_by_law(mu, ALUMINIUM / ground.fraction, one.height) for one in main]
+    by_law = [dropped_ball.depth_by_law(mu, ALUMINIUM / ground.density, one.height) for one in main]
     over = float(np.mean([one.depth / law for one, law in zip(main, by_law, strict=True)]))
     of_mu = math.radians(ground.error_deg) * (1.0 + mu**2) / mu
     densities = (WOOD, ALUMINIUM, STEEL)
@@ -217,7 +212,7 @@ def draw_drops(falls: dict[Drop, Fall], ground: Ground, path: Path) -> None:
     mu, h = math.tan(math.radians(ground.angle_deg)), np.geomspace(1e-3, 8.0, 80)
     for density, name, colour in ((WOOD, "wood", "#c08a3e"), (ALUMINIUM, "aluminium", "#2f6f9f"),
                                   (STEEL, "steel", "#444444")):  # fmt: skip
-        law = np.array([dropped_ball.depth_by_law(mu, density / ground.fraction, one) for one in h])
+        law = np.array([dropped_ball.depth_by_law(mu, density / ground.density, one) for one in h])
         left.loglog(h + law, law, "-", color=colour, lw=0.9)
         ours = [fall for drop, fall in falls.items() if drop.density == density and drop.springs == 1.0]
         left.plot([one.height + one.depth for one in ours], [one.depth for one in ours], "o", color=colour, label=name)

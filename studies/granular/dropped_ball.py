@@ -19,24 +19,32 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import brentq, least_squares
 
+from dem.beds import flat_bed
+from dem.beds.container import Container
+from dem.beds.flat_ground import FlatGround
+from dem.beds.settings import Settings
 from dem.contact.columns import RADIUS
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact, GrainLaw
 from dem.contact.walls import PLANE, Wall, cylinder
 from dem.grains.assembly import Assembly, Extras
 from dem.stiffness import stiffening
+from matter.case.body import Impact, Target
+from matter.files import snapshot
 from matter.particles import Particles
 from matter.progress import stop_here
-from studies.granular import bulk_flows, carved_bowl
+from studies.granular import carved_bowl
 
 BEADS = Contact(steps_per_contact=20, shell=GrainLaw(shape=0.0))
 """Spheres that roll: mu_s = 0.5, e = 0.55."""
-FLOOR = Wall(PLANE, species=0)
+BULK, SPREAD = 0.6, 0.15
+"""Density of the ground over that of a bead, and radii within +- this of their mean."""
 CELL = 1.25
 """Width of the cells and rings of a profile [d]."""
 SAMPLE = 0.02
@@ -46,10 +54,37 @@ QUIET, LATEST = 0.03, 12.0
 [sqrt(D / g)]."""
 
 
-def settled(seed: int, radius: float, height: float) -> Particles:
-    """Beads at rest in an upright cylinder of these sizes [d], filled to about ``height``."""
-    bed = bulk_flows.filled(radius, height, [FLOOR], BEADS, seed, sides=())
-    return bed.particles({"time": 0.0, "cylinder": radius})
+def settled(seed: int, radius: float, height: float, out: Path) -> Particles:
+    """Beads at rest in an upright cylinder of these sizes [d], filled to the height 0: the bed that a case has by
+    default (``dem.beds.loose_packing``), made in the folder ``out``, or gone on with there."""
+    ground = FlatGround(
+        height, 1.0, "half_space", radius, ("beads",), ("basalt",), np.zeros(1),
+        {"height_m": np.array([-height, 0.0]), "density_kg_m3": np.full(2, BULK),
+         "pressure_Pa": np.array([BULK * height, 0.0]), "layer": np.zeros(2)},
+    )  # fmt: skip
+    layer = {"name": "beads", "material": "basalt", "thickness": height}
+    shot = {"material": "basalt", "radius": 1.0}
+    settings = Settings(
+        target=Target.model_validate({"layers": [layer], "shape": "half_space", "gravity": 1.0}),
+        impact=Impact.model_validate(
+            {"speed": 1.0, "angle_from_vertical": 0.0, "projectile": shot, "expected_transient_diameter": radius}
+        ),
+        contact=BEADS, count=round(6.0 * BULK * radius**2 * height / (1.0 + SPREAD**2)), arc_radius=radius,
+        depth=height, headroom_fraction=0.0, radius_spread=SPREAD, growth=0.0, seed=seed,
+    )  # fmt: skip
+    if not (out / "bed.vtkhdf").is_file():
+        out.mkdir(parents=True, exist_ok=True)
+        flat_bed.maker(settings, ground)(out)
+    bed = snapshot.read(out / "bed.vtkhdf")
+    beads = bed.select(bed.headroom == 0)
+    beads.tables.update(bed.tables)  # contacts of headroom are dropped where the tables are read
+    return beads
+
+
+def walls(bed: Particles) -> list[Wall]:
+    """Floor and side of the bed's cylinder, which has no upper end."""
+    box = Container.of_attribute(bed.attributes["domain"])
+    return [Wall(PLANE, point=(0.0, 0.0, box.floor), species=box.floor_species), cylinder(box.radius)]
 
 
 def level(bed: Particles) -> float:
@@ -58,15 +93,18 @@ def level(bed: Particles) -> float:
     return float(np.average(height, weights=ring))
 
 
-def fraction(bed: Particles) -> float:
-    """Solid fraction two beads away from floor, side and surface."""
-    x, width, top = bed.position, bed.attributes["cylinder"] - 2.0, level(bed) - 2.0
-    inner = (np.hypot(x[:, 0], x[:, 1]) < width) & (x[:, 2] > 2.0) & (x[:, 2] < top)
-    return float(np.sum(4.0 / 3.0 * math.pi * bed.radius[inner] ** 3) / (math.pi * width**2 * (top - 2.0)))
+def bulk(bed: Particles) -> tuple[float, float]:
+    """Solid fraction, and mass over volume, a bead and a half away from floor, side and surface."""
+    box = Container.of_attribute(bed.attributes["domain"])
+    x, width, low, top = bed.position, box.radius - 1.5, box.floor + 1.5, level(bed) - 1.5
+    inner = (np.hypot(x[:, 0], x[:, 1]) < width) & (x[:, 2] > low) & (x[:, 2] < top)
+    volume = math.pi * width**2 * (top - low)
+    solid = float(np.sum(4.0 / 3.0 * math.pi * bed.radius[inner] ** 3))
+    return solid / volume, float(bed.mass[inner].sum()) / volume
 
 
 def _profile(bed: Particles) -> tuple[np.ndarray, np.ndarray]:
-    return carved_bowl.profile(bed, CELL, bed.attributes["cylinder"] - 1.0)
+    return carved_bowl.profile(bed, CELL, bed.attributes["domain"]["radius_m"] - 1.0)
 
 
 class Ball(NamedTuple):
@@ -125,8 +163,7 @@ def dropped(bed: Particles, ball: Ball) -> tuple[Particles, float]:
 def fall(bed: Particles, ball: Ball, springs: float = 1.0) -> Fall:
     """Drop the ball onto the bed; ``springs``: k_n over that in which it settled, g_bed / g in a lower gravity."""
     start, height = dropped(bed, ball)
-    walls = [FLOOR, cylinder(bed.attributes["cylinder"])]
-    run = Assembly(start, BEADS, walls, Field.constant((0.0, 0.0, -1.0)), extras=Extras(offset=springs != 1.0))
+    run = Assembly(start, BEADS, walls(bed), Field.constant((0.0, 0.0, -1.0)), extras=Extras(offset=springs != 1.0))
     if springs != 1.0:
         stiffening.stiffen(run, stiffening.Springs(factor=springs))
     ground, unit = level(bed), math.sqrt(ball.diameter)
@@ -144,8 +181,8 @@ def fall(bed: Particles, ball: Ball, springs: float = 1.0) -> Fall:
             if speed <= 0.0:
                 stopped = t[-2] + (t[-1] - t[-2]) * v[-2] / (v[-2] - v[-1])
         rms = math.sqrt(float(np.mean(np.sum(run.W[:, :3] ** 2, axis=1))))
-    end = run.particles({"cylinder": bed.attributes["cylinder"]}, tables=False)
-    ring, top = _profile(end.select(end.identity < len(bed)))
+    end = run.particles(bed.attributes, tables=False)
+    ring, top = _profile(end.select(end.identity <= bed.identity.max()))
     change = top - _profile(bed)[1]
     width, crest = hollow(ring, change)
     return Fall(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from dem.trials import friction_angle
 from studies import drops as study
 from studies.granular import dropped_ball
 from studies.granular.dropped_ball import Ball, Fall
@@ -61,7 +62,7 @@ def test_the_width_of_a_drawn_hollow():
 
 def test_verdicts_tell_met_from_not_met():
     """Drops that obey every law are met, and each verdict is turned by what it is about."""
-    ground = study.Ground(math.degrees(math.atan(0.37)), 0.3, 17_000, 0.6, 15.0)
+    ground = study.Ground(math.degrees(math.atan(0.37)), 0.3, 17_000, 0.6, 0.6, 15.0)
 
     def lawful(density: float, height: float) -> Fall:
         depth = dropped_ball.depth_by_law(0.37, density / 0.6, height)
@@ -84,8 +85,17 @@ def test_verdicts_tell_met_from_not_met():
 
 
 @pytest.fixture(scope="module")
-def bed():
-    return dropped_ball.settled(seed=1, radius=6.0, height=4.0)
+def bed(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction_angle, "loose_fraction", lambda contact: 0.6)  # measuring it takes 20 s
+        return dropped_ball.settled(1, 6.0, 4.0, tmp_path_factory.mktemp("bed"))
+
+
+def test_the_bed_is_level_and_loose(bed):
+    solid, density = dropped_ball.bulk(bed)
+    assert abs(dropped_ball.level(bed)) < 0.5 and 0.4 < solid < 0.7
+    assert bed.mass.sum() == pytest.approx(dropped_ball.BULK * math.pi * 36.0 * 4.0, rel=0.01)
+    assert density == pytest.approx(dropped_ball.BULK, rel=0.3)
 
 
 def test_a_ball_begins_where_it_touches(bed):
