@@ -4,17 +4,19 @@ and gravity.
     python studies/drops.py [--out docs/results/drops] [--work runs/drops]
 
 Set-up and limits (``CLAIMS``) were committed before the first run; none is fitted to it. A bed of some 17,000 beads in
-a cylinder 5.1 balls wide and 2.1 deep, made once a seed; eleven drops. Beds are kept in ``--work``, drops in
-``drops.json``, so the script goes on with the drop at which it was stopped. It prints the table of verdicts and writes
-``verdicts.json`` and ``drops.png``; ``first.json`` holds the verdicts of the first run that was complete, and is never
-written again.
+a cylinder 5.1 balls wide and 2.1 deep, one a seed; eleven drops. Beds are kept in ``--work``, drops in ``drops.json``,
+so the script goes on with the drop at which it was stopped. It prints the table of verdicts; from the fifth drop on it
+writes ``verdicts.json`` and ``drops.png`` of what is there. ``first.json`` holds the verdicts of the first complete
+run, and is never written again.
 """
 
 from __future__ import annotations
 
 import argparse
+import functools
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -53,9 +55,8 @@ class Drop(NamedTuple):
 PLAN = (
     *(Drop(ALUMINIUM, height) for height in HEIGHTS),
     *(Drop(density, LOW) for density in (WOOD, STEEL)),
-    Drop(ALUMINIUM, LOW, springs=WEAKER),
+    *(Drop(ALUMINIUM, height, springs=WEAKER) for height in (LOW, MIDDLE)),
     *(Drop(ALUMINIUM, MIDDLE, seed) for seed in SEEDS[1:]),
-    Drop(ALUMINIUM, MIDDLE, springs=WEAKER),
 )
 
 
@@ -118,46 +119,94 @@ def ground_of(work: Path) -> Ground:
 
 
 def judged(falls: dict[Drop, Fall], ground: Ground) -> dict[str, Found]:
-    """The verdicts of a complete set of drops."""
-    main = [falls[Drop(ALUMINIUM, height)] for height in HEIGHTS]
-    beds = [falls[Drop(ALUMINIUM, MIDDLE, seed)] for seed in SEEDS]
+    """The verdicts that these drops allow; of a claim whose drops are not complete there is none."""
+    beds = [falls[drop] for drop in (Drop(ALUMINIUM, MIDDLE, seed) for seed in SEEDS) if drop in falls]
     scatter = {name: _scatter([getattr(one, name) for one in beds]) for name in ("depth", "width", "duration")}
+    found = {}
+    for name, measure in MEASURES.items():
+        try:
+            value, error = measure(falls, ground, scatter)
+        except KeyError:
+            continue
+        found[name] = Found(value, error, bool(abs(value - CLAIMS[name].wanted) <= CLAIMS[name].limit))
+    return found
+
+
+Falls, Scatter = dict[Drop, Fall], dict[str, float]
+
+
+def _heights(falls: Falls) -> list[Fall]:
+    return [falls[Drop(ALUMINIUM, height)] for height in HEIGHTS]
+
+
+def _over_total(falls: Falls, scatter: Scatter, name: str) -> tuple[float, float]:
+    """Exponent of a length over H."""
+    main = _heights(falls)
     total = [one.height + one.depth for one in main]
-    mu = math.tan(math.radians(ground.angle_deg))
-    by_law = [dropped_ball.depth_by_law(mu, ALUMINIUM / ground.density, one.height) for one in main]
-    over = float(np.mean([one.depth / law for one, law in zip(main, by_law, strict=True)]))
+    return dropped_ball.exponent(total, [getattr(one, name) for one in main]), scatter[name] / _spread(total)
+
+
+def _over_law(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
+    main, mu = _heights(falls), math.tan(math.radians(ground.angle_deg))
+    law = [dropped_ball.depth_by_law(mu, ALUMINIUM / ground.density, one.height) for one in main]
+    over = float(np.mean([one.depth / depth for one, depth in zip(main, law, strict=True)]))
     of_mu = math.radians(ground.error_deg) * (1.0 + mu**2) / mu
+    return over, over * math.hypot(scatter["depth"] / math.sqrt(len(main)), of_mu)
+
+
+def _over_density(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
     densities = (WOOD, ALUMINIUM, STEEL)
     other = [falls[Drop(density, LOW)] for density in densities]
     parts = [one.depth / (one.height + one.depth) ** (1.0 / 3.0) for one in other]
-    fast = main[1:]
-    times, froude = [one.duration for one in fast], [one.froude for one in fast]
-    pairs = [(falls[Drop(ALUMINIUM, height)], falls[Drop(ALUMINIUM, height, springs=WEAKER)])
-             for height in (LOW, MIDDLE)]  # fmt: skip
-    changes = [abs(getattr(weak, name) / getattr(one, name) - 1.0)
-               for one, weak in pairs for name in ("depth", "duration")]  # fmt: skip
-    predicted = dropped_ball.force_law(main, DIAMETER)[2]
-    missed = max(abs(one / two.depth - 1.0) for one, two in zip(predicted, main, strict=True))
-    values = {
-        "V23": (dropped_ball.exponent(total, [one.depth for one in main]), scatter["depth"] / _spread(total)),
-        "V24": (over, over * math.hypot(scatter["depth"] / math.sqrt(len(main)), of_mu)),
-        "V25": (dropped_ball.exponent(densities, parts), scatter["depth"] / _spread(densities)),
-        "V26": (dropped_ball.exponent(total, [one.width for one in main]), scatter["width"] / _spread(total)),
-        "V27": (max(times) / min(times) - 1.0, math.sqrt(2.0) * scatter["duration"]),
-        "V28": (dropped_ball.bend(froude, [one.depth for one in fast]), scatter["depth"]),
-        "V29": (max(one.deepest - one.depth for one in falls.values()), math.nan),
-        "V30": (max(changes), math.sqrt(2.0) * max(scatter["depth"], scatter["duration"])),
-        "V31": (missed, scatter["depth"]),
-    }
-    return {
-        name: Found(value, error, bool(abs(value - CLAIMS[name].wanted) <= CLAIMS[name].limit))
-        for name, (value, error) in values.items()
-    }
+    return dropped_ball.exponent(densities, parts), scatter["depth"] / _spread(densities)
+
+
+def _duration(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
+    times = [one.duration for one in _heights(falls)[1:]]
+    return max(times) / min(times) - 1.0, math.sqrt(2.0) * scatter["duration"]
+
+
+def _straight(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
+    fast = _heights(falls)[1:]
+    return dropped_ball.bend([one.froude for one in fast], [one.depth for one in fast]), scatter["depth"]
+
+
+def _rebound(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
+    return max(one.deepest - one.depth for one in falls.values()), math.nan
+
+
+def _weaker(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
+    changes = [
+        abs(getattr(falls[Drop(ALUMINIUM, height, springs=WEAKER)], name) /
+            getattr(falls[Drop(ALUMINIUM, height)], name) - 1.0)
+        for height in (LOW, MIDDLE) for name in ("depth", "duration")
+    ]  # fmt: skip
+    return max(changes), math.sqrt(2.0) * max(scatter["depth"], scatter["duration"])
+
+
+def _by_force(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
+    main = _heights(falls)
+    depths = dropped_ball.force_law(main, DIAMETER)[2]
+    return max(abs(one / two.depth - 1.0) for one, two in zip(depths, main, strict=True)), scatter["depth"]
+
+
+MEASURES: dict[str, Callable[[Falls, Ground, Scatter], tuple[float, float]]] = {
+    "V23": lambda falls, ground, scatter: _over_total(falls, scatter, "depth"),
+    "V24": _over_law,
+    "V25": _over_density,
+    "V26": lambda falls, ground, scatter: _over_total(falls, scatter, "width"),
+    "V27": _duration,
+    "V28": _straight,
+    "V29": _rebound,
+    "V30": _weaker,
+    "V31": _by_force,
+}
+"""Value and error of each claim."""
 
 
 def _scatter(values: list[float]) -> float:
-    """Standard deviation over the mean."""
-    return float(np.std(values, ddof=1) / np.mean(values))
+    """Standard deviation over the mean; nan of fewer than two."""
+    return math.nan if len(values) < 2 else float(np.std(values, ddof=1) / np.mean(values))
 
 
 def _spread(x: Any) -> float:
@@ -175,8 +224,17 @@ def first_of(out: Path, now: dict[str, Found]) -> dict[str, Found]:
     """The verdicts of the first complete run: those of ``first.json``, which is written where it is missing."""
     path = out / "first.json"
     if not path.is_file():
+        if len(now) < len(CLAIMS):
+            return {}
         path.write_text(json.dumps({name: found._asdict() for name, found in now.items()}, indent=1))
     return {name: Found(**found) for name, found in json.loads(path.read_text()).items()}
+
+
+def judgement(found: dict[str, Found], name: str) -> str:
+    """Value and verdict of a claim in words."""
+    if name not in found:
+        return "not run"
+    return f"{worded(found[name])}: {'met' if found[name].met else '**not met**'}"
 
 
 def table(first: dict[str, Found], now: dict[str, Found]) -> str:
@@ -184,17 +242,19 @@ def table(first: dict[str, Found], now: dict[str, Found]) -> str:
     lines = ["| | claim | asked | first | now |", "|---|---|---|---|---|"]
     for name, claim in CLAIMS.items():
         asked = f"at most {claim.limit:g}" if claim.wanted == 0.0 else f"{claim.wanted:.3g} +- {claim.limit:g}"
-        cells = [f"{worded(one)}: {'met' if one.met else '**not met**'}" for one in (first[name], now[name])]
-        lines.append(f"| {name} | {claim.words} | {asked} | {cells[0]} | {cells[1]} |")
+        lines.append(f"| {name} | {claim.words} | {asked} | {judgement(first, name)} | {judgement(now, name)} |")
     return "\n".join(lines)
 
 
 def write_verdicts(out: Path, ground: Ground, first: dict[str, Found], now: dict[str, Found]) -> None:
-    """``verdicts.json`` for the page of all claims, with what the first run said where that was another verdict."""
+    """``verdicts.json`` for the page of all claims: those of today, of the first run where its drops are not there
+    yet; what the first run said where that was another verdict."""
     rows = []
-    for name, found in now.items():
+    for name, found in (first | now).items():
         row = {"id": name, "ours": worded(found), "verdict": "met" if found.met else "not met"}
-        if first[name].met != found.met:
+        if name not in now:
+            row["why"] = "first run, close bed"
+        elif name in first and first[name].met != found.met:
             row["why"] = f"first run: {worded(first[name])}"
         rows.append(row)
     content = {"resolution": f"{ground.beads:,} beads, ball of {DIAMETER:g} beads", "verdicts": rows}
@@ -239,19 +299,23 @@ def main() -> None:
     options.out.mkdir(parents=True, exist_ok=True)
     kept = Kept(options.out / "drops.json")
     ground = Ground(**_fields(Ground, kept.make("ground", lambda: ground_of(options.work))))
-    falls = {
-        drop: Fall(**_fields(Fall, kept.make(drop.name, lambda drop=drop: dropped_ball.fall(
-            bed_of(drop.seed, options.work), Ball(DIAMETER, drop.density, drop.height), drop.springs
-        ))))
-        for drop in PLAN
-    }  # fmt: skip
-    now = judged(falls, ground)
-    first = first_of(options.out, now)
-    write_verdicts(options.out, ground, first, now)
-    draw_drops(falls, ground, options.out / "drops.png")
-    d1, k, _ = dropped_ball.force_law([falls[Drop(ALUMINIUM, height)] for height in HEIGHTS], DIAMETER)
+    falls: Falls = {}
+    for drop in PLAN:
+        row = kept.make(drop.name, functools.partial(one_drop, drop, options.work))
+        falls[drop] = Fall(**_fields(Fall, row))
+        if len(falls) >= len(HEIGHTS):  # so that what there is is told where the rest takes long
+            now = judged(falls, ground)
+            first = first_of(options.out, now)
+            write_verdicts(options.out, ground, first, now)
+            draw_drops(falls, ground, options.out / "drops.png")
+    d1, k, _ = dropped_ball.force_law(_heights(falls), DIAMETER)
     print(f"force law: d_1 = {d1 / DIAMETER:.3f} D, k D / (m g) = {k * DIAMETER:.2f}")
     print(table(first, now))
+
+
+def one_drop(drop: Drop, work: Path) -> Fall:
+    """A drop of the plan onto the bed of its seed."""
+    return dropped_ball.fall(bed_of(drop.seed, work), Ball(DIAMETER, drop.density, drop.height), drop.springs)
 
 
 def _fields(kind: Any, row: dict[str, Any]) -> dict[str, Any]:
