@@ -27,10 +27,10 @@ def swept(
 ) -> int:
     """Run a sweep or an ensemble, with ``forecast`` also write what the sweep forecasts; or what was asked for
     ``instead``."""
-    asked = [(value, option) for value, option in instead if value]
-    _check(case, vary, ensemble, " and ".join(option for _, option in asked) or "--sweep", recompute)
     if forecast:
         _check_priors(case, vary, ensemble)
+    asked = [(value, option) for value, option in instead if value]
+    _check(case, vary, ensemble, " and ".join(option for _, option in asked) or "--sweep", recompute)
     if ensemble is not None:
         drawn = tuple(ensembles.members(case, ensemble))
         sweep = sweeps.Sweep(case.file, case.preset, case.size, case.overrides, out, drawn, until)
