@@ -121,7 +121,7 @@ def test_weight_presses_matrix_and_blocks_each_by_its_own_law():
 def test_a_body_bears_the_weight_of_its_blocks_from_the_start():
     """The pressure is that of the masses with blocks, which the late stage takes it to be (``solid_target.carried``):
     a heavy block about the middle of a ball pulls more than its surroundings did."""
-    layer, ball = {"name": "body", "material": "basalt"}, {"at": (0.0, 0.0), "depth": 20.0, "size": (24.0,) * 3}
+    layer, ball = {"name": "body", "material": "basalt"}, {"at": (0.0, 0.0), "depth": 20.0, "size": (22.0,) * 3}
     table = {"material": "gabbro", "law": "list", "placed": [ball]}
     target = Target(shape="ellipsoid", axes=(40.0, 40.0, 40.0), layers=[layer], blocks=[table])
     materials, zones = collect(("basalt", "copper", "gabbro"), {"basalt": POROUS}), Zones(2.0, 1.0, 2.0, 1.0, 2.0, 0.3)
