@@ -13,9 +13,9 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_files, bed_measures, slopes, solid_packing
-from dem.beds.blocks import block_grains
+from dem.beds.blocks import block_grains, body_settling
 from dem.beds.blocks.block_grains import BlockGrains
-from dem.beds.blocks.body_settling import BodyBlockSettling, materials
+from dem.beds.blocks.body_settling import BodyBlockSettling
 from dem.beds.finishing import finish
 from dem.beds.settings import Settings
 from dem.beds.solid_body import SolidBody
@@ -66,14 +66,17 @@ def _settling(
     if settings.packing == "loose":
         fraction = friction_angle.measure(settings.contact)["fraction"]
         radius, sinks = solid_packing.loosely(radius, body.solid, fraction)
-    points = solid_packing.centres(radius, body.solid, body.distance, seeds[1])
     law = body, settings.contact, bed_files.RESIDUAL_SPEED, settings.pull_interval, sinks
-    if blocks is None:
-        return SolidSettling(points, radius, *law), None
-    large = block_grains.of_body(blocks, block_file.digest(blocks), body.distance, float(radius.mean()))
-    if len(large.number) == 0:
-        return SolidSettling(points, radius, *law), large
-    return BodyBlockSettling(points, radius, *law, large), large
+    large = None
+    if blocks is not None:
+        large = block_grains.of_body(blocks, block_file.digest(blocks), body.distance, float(radius.mean()))
+    if large is not None and len(large.number):
+        lifted = body_settling.lifted(large)
+        radius = body_settling.between(radius, body, lifted)
+        points = solid_packing.centres(radius, body.solid, body.distance, seeds[1], lifted.keeps_out)
+        return BodyBlockSettling(points, radius, *law, lifted), large
+    points = solid_packing.centres(radius, body.solid, body.distance, seeds[1])
+    return SolidSettling(points, radius, *law), large
 
 
 def _make(settings: Settings, body: SolidBody, out: Path, blocks: Particles | None) -> None:
@@ -86,7 +89,7 @@ def _make(settings: Settings, body: SolidBody, out: Path, blocks: Particles | No
     if large is not None:
         of_blocks = {block_file.DIGEST: large.digest}
         fields = with_blocks(bed, body, large, report)
-        names = materials(body, large) if fields else names
+        names = body_settling.materials(body, large) if fields else names
 
     def picture(path: Path) -> None:
         from dem.beds import bed_pictures

@@ -196,7 +196,7 @@ snapshot_interval = "2 min"
 
 @pytest.mark.validation
 def test_a_body_of_blocks_goes_from_the_shock_to_the_settled_grains(tmp_path, monkeypatch):
-    """The two beside the site break, the one below them stays whole; what leaves with blocks is told by every stage."""
+    """Two beside the site break, one below them stays whole; what leaves with blocks is told by every stage."""
     (tmp_path / "case.toml").write_text(BODY)
     monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs"), "--threads", "1"])
     with pytest.raises(SystemExit) as ended:

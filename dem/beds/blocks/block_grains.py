@@ -61,6 +61,10 @@ class BlockGrains(NamedTuple):
             found |= np.linalg.norm(points - centre, axis=1) < radius + beyond
         return found
 
+    def keeps_out(self, points: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Where no grain (n,) of these radii may begin: in a block, or in the layer about it."""
+        return self.covers(points, ALONG * radius)
+
 
 def of_ground(blocks: Particles, digest: str, container: Container, sizes: Grading) -> BlockGrains:
     """The blocks that are grains in this container, between grains of these sizes. Raises ``InputError`` where they

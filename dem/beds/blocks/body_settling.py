@@ -18,26 +18,40 @@ from dem.beds.solid_settling import SolidSettling
 from dem.contact.settings import Contact
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.points.region import Interior
+
+SAMPLES = 200_000
+"""Points by which the part of a body that blocks take is counted: to 0.1 % of it."""
+
+
+def lifted(blocks: BlockGrains) -> BlockGrains:
+    """The blocks where they begin."""
+    return blocks._replace(position=(1.0 + solid_packing.SINKS) * blocks.position)
+
+
+def between(radius: np.ndarray, body: SolidBody, blocks: BlockGrains) -> np.ndarray:
+    """Those of the grains, by their radii (n,) [m], that fill what the blocks and the layers about them leave of the
+    body, as densely as all of them fill the whole."""
+    points = Interior(body.solid, body.distance).random_points(np.random.default_rng(0), SAMPLES)
+    room = 1.0 - float(blocks.keeps_out(points, np.full(SAMPLES, float(radius.mean()))).mean())
+    return radius[: round(room * len(radius))]
 
 
 class BodyBlockSettling(SolidSettling):
-    """The settling of a loose body whose last grains are its ``blocks``; grains of ``points`` that would lie in one
-    make room."""
+    """The settling of a loose body whose last grains are its ``blocks``, where they begin."""
 
     def __init__(
         self, points: np.ndarray, radius: np.ndarray, body: SolidBody, contact: Contact, limit: float,
         interval: float | None, sinks: float, blocks: BlockGrains,
     ):  # fmt: skip
-        self.blocks = blocks._replace(position=(1.0 + solid_packing.SINKS) * blocks.position)
+        self.blocks, self.first = blocks, len(points)
         heavy = float(blocks.mass.sum())
         if heavy > block_grains.HEAVIEST * body.mass:
             raise InputError(
                 f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the body's {body.mass:.4g} kg for "
                 "grains: lower volume_fraction"
             )
-        between = ~self.blocks.covers(points, block_grains.ALONG * radius)
-        self.first = int(between.sum())
-        super().__init__(points[between], radius[between], body, contact, limit, interval, sinks)
+        super().__init__(points, radius, body, contact, limit, interval, sinks)
 
     def initial_grains(self, points: np.ndarray, radius: np.ndarray) -> Particles:
         """Grains between the blocks, and the blocks behind them."""
