@@ -136,7 +136,7 @@ azimuth = "60 deg"
 spin_period = "6 h"
 layers = [{ material = "basalt" }]
 [[target.blocks]]
-material = "gabbro"
+material = "limestone"
 law = "equal"
 largest = "16 m"
 volume_fraction = 0.15
@@ -177,7 +177,7 @@ porosity = "p_alpha"
 p_alpha = { alpha0 = 1.8 }
 crush_quadratic = { Pe = "0.1 MPa", Ps = "1.5 GPa" }
 tension = { cut = "0 Pa" }
-[sph.materials.gabbro]
+[sph.materials.limestone]
 porosity = "p_alpha"
 p_alpha = { alpha0 = 1.2 }
 crush_quadratic = { Pe = "100 MPa", Ps = "3 GPa" }
