@@ -107,14 +107,17 @@ class Simulation:
         target = self.settings.target
         if self.placing is None:
             return body
-        zones, site, weight = self.settings.zones, np.array(target.impact_point), None
+        position, column = body.position, self.column
+        zones, site, bears = self.settings.zones, np.array(target.impact_point), None
+
+        def weight(mass: np.ndarray) -> np.ndarray:
+            if isinstance(column, grounds.Ground):
+                return np.asarray(np.interp(-position[:, 2], column.middle, column.pressure))
+            return solid_target.weight(target, self.materials, position, mass)
+
         if target.start == "relaxed" and target.weighs:
-            weight = (
-                np.interp(-body.position[:, 2], self.column.middle, self.column.pressure)
-                if isinstance(self.column, grounds.Ground)
-                else solid_target.weight(target, self.materials, body.position, body.mass)
-            )
-        body, self.rubble = rubble.filled(body, self.materials, self.matrix, self.placing, zones, site, weight)
+            bears = weight
+        body, self.rubble = rubble.filled(body, self.materials, self.matrix, self.placing, zones, site, bears)
         block_file.write(rubble.listed(target, self.materials, self.placing, zones), self.out)
         return body
 
@@ -170,7 +173,10 @@ class Simulation:
             cloud.velocity[cloud.layer < 0] = s.target.aim(self.impact)
         if s.target.spin_period:
             mine = cloud.layer >= 0
-            cloud.velocity[mine] += np.cross(solid_target.spin(s.target), cloud.position[mine])
+            arm = cloud.position[mine]
+            if self.rubble:  # blocks lie to one side of the middle: it turns about its centre of mass
+                arm = arm - cloud.mass[mine] @ arm / cloud.mass[mine].sum()
+            cloud.velocity[mine] += np.cross(solid_target.spin(s.target), arm)
         seeding.seed_flaws(cloud, self.materials, s.seed)
         self.integrator = self._integrator(cloud)
         self.phase = "impact"

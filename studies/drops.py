@@ -132,7 +132,8 @@ def judged(falls: dict[Drop, Fall], ground: Ground) -> dict[str, Found]:
     return found
 
 
-Falls, Scatter = dict[Drop, Fall], dict[str, float]
+Falls = dict[Drop, Fall]
+Scatter = dict[str, float]
 
 
 def _heights(falls: Falls) -> list[Fall]:

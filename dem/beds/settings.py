@@ -63,10 +63,9 @@ class Settings(Model):
 
     @model_validator(mode="after")
     def _fit_for_blocks(self) -> Settings:
-        if self.target.blocks and self.target.solid:
+        if self.target.blocks and self.on_patch:
             raise ValueError(
-                "target.blocks: a bed holds no blocks yet on an ellipsoid or mesh; leave out the stages bed, handoff "
-                'and dem ([case] stages = ["sph", "crater"])'
+                f'shape: a patch of a body\'s ground, "{self.shape}", holds no blocks; shape = "whole" does'
             )
         if self.target.blocks and self.packing != "loose":
             raise ValueError(f'packing: blocks lie in a loose bed only: packing = "loose", not "{self.packing}"')

@@ -13,6 +13,9 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_files, bed_measures, slopes, solid_packing
+from dem.beds.blocks import block_grains, body_settling
+from dem.beds.blocks.block_grains import BlockGrains
+from dem.beds.blocks.body_settling import BodyBlockSettling
 from dem.beds.finishing import finish
 from dem.beds.settings import Settings
 from dem.beds.solid_body import SolidBody
@@ -21,7 +24,9 @@ from dem.contact.columns import RADIUS
 from dem.contact.settings import SPECIES
 from dem.grains.assembly import Assembly
 from dem.trials import friction_angle
+from matter.blocks import block_file
 from matter.errors import InputError
+from matter.particles import Particles
 
 
 def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
@@ -48,21 +53,43 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
             f"[target] spin_period: the body turns at {body.spin_over_shedding:.3g} of the rate at which its equator "
             f"would weigh nothing; loose grains leave it"
         )
-    return lambda out: _make(settings, body, out)
+    return lambda out: _make(settings, body, out, block_file.of_target(target))
 
 
-def _make(settings: Settings, body: SolidBody, out: Path) -> None:
+def _settling(
+    settings: Settings, body: SolidBody, blocks: Particles | None
+) -> tuple[SolidSettling, BlockGrains | None]:
+    """How the body settles, and which of its ``blocks`` are grains; None where it has none."""
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius = solid_packing.radii(settings.count, settings.radius_spread, body.solid, seeds[0])
     sinks = 0.0
     if settings.packing == "loose":
         fraction = friction_angle.measure(settings.contact)["fraction"]
         radius, sinks = solid_packing.loosely(radius, body.solid, fraction)
+    law = body, settings.contact, bed_files.RESIDUAL_SPEED, sinks
+    large = None
+    if blocks is not None:
+        large = block_grains.of_body(blocks, block_file.digest(blocks), body.distance, float(radius.mean()))
+    if large is not None and len(large.number):
+        lifted = body_settling.lifted(large)
+        radius = body_settling.between(radius, body, lifted)
+        points = solid_packing.centres(radius, body.solid, body.distance, seeds[1], lifted.keeps_out)
+        return BodyBlockSettling(points, radius, *law, lifted), large
     points = solid_packing.centres(radius, body.solid, body.distance, seeds[1])
-    work = SolidSettling(points, radius, body, settings.contact, bed_files.RESIDUAL_SPEED, sinks)
+    return SolidSettling(points, radius, *law), large
+
+
+def _make(settings: Settings, body: SolidBody, out: Path, blocks: Particles | None) -> None:
+    work, large = _settling(settings, body, blocks)
     bed, facts = finish(work, out)
     slope = slopes.surface_slopes(body, bed.mean_radius)
     report = report_of(bed, work, settings, slope) | facts
+    names, of_blocks = [body.material], {}
+    fields: dict[str, np.ndarray] = {}
+    if large is not None:
+        of_blocks = {block_file.DIGEST: large.digest}
+        fields = with_blocks(bed, body, large, report)
+        names = body_settling.materials(body, large) if fields else names
 
     def picture(path: Path) -> None:
         from dem.beds import bed_pictures
@@ -83,10 +110,28 @@ def _make(settings: Settings, body: SolidBody, out: Path) -> None:
         out,
         picture,
         where,
+        fields,
         frame="solid",
-        materials=[body.material],
+        materials=names,
         domain={"shape": "whole", "radius_m": body.solid.radius, "angular_velocity_1_s": body.omega.tolist()},
+        **of_blocks,
     )
+
+
+def with_blocks(bed: Assembly, body: SolidBody, large: BlockGrains, report: dict[str, Any]) -> dict[str, np.ndarray]:
+    """The field ``block`` of the grains in the order of their identities (none where no block is a grain), and what
+    the ``report`` says of blocks; its solid fraction is that of the grains between them."""
+    grains = bed.particles({}, tables=False)
+    grains["block"] = np.full(len(grains), -1)
+    grains["block"][len(grains) - len(large.number) :] = large.number
+    report["blocks"] = block_grains.facts(large, grains, report["mass_kg"])
+    if len(large.number) == 0:
+        return {}
+    x, r, block = grains.position, grains.radius, grains.block
+    mean = float(r[block < 0].mean())
+    bulk = body.distance.at(x)[0] > solid_packing.BULK_DEPTH * mean
+    report["packing_fraction"] = block_grains.packing_fraction(x, r, bulk, block)
+    return {"block": block}
 
 
 def axes_of_inertia(mass: np.ndarray, position: np.ndarray) -> np.ndarray:

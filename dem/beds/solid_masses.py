@@ -6,7 +6,7 @@ All grains are as dense as each other, but for a correction with the least sum o
 
 that gives the sum of all masses that of the body, puts their centre of mass into the origin, and makes their products
 of inertia zero: a random packing would otherwise turn about an axis that is not its own, and nod by some thousandths
-of its radius.
+of its radius. Blocks keep the masses that they are listed with; the grains between them take the correction.
 """
 
 from __future__ import annotations
@@ -17,15 +17,22 @@ import numpy as np
 
 from dem.beds.solid_body import SolidBody
 
+NO_BLOCKS = np.zeros(0)
 
-def matched(position: np.ndarray, radius: np.ndarray, body: SolidBody) -> tuple[np.ndarray, float]:
-    """Masses (n,) [kg] of the grains, and the largest relative correction."""
-    volume = 4.0 / 3.0 * math.pi * radius**3
-    mass = body.mass / volume.sum() * volume
+
+def matched(
+    position: np.ndarray, radius: np.ndarray, body: SolidBody, blocks: np.ndarray = NO_BLOCKS
+) -> tuple[np.ndarray, float]:
+    """Masses (n,) [kg] of the grains, of which the last are ``blocks`` of these masses (b,) [kg], and the largest
+    relative correction."""
+    plain = slice(0, len(radius) - len(blocks))
+    volume = 4.0 / 3.0 * math.pi * radius[plain] ** 3
+    mass = np.concatenate([(body.mass - float(blocks.sum())) / volume.sum() * volume, blocks])
     axes = np.linalg.eigh(body.solid.inertia)[1]
     x, y, z = (position / body.solid.radius @ axes).T
     terms = np.stack([np.ones(len(x)), x, y, z, x * y, x * z, y * z])
     lacking = -(terms @ mass)
     lacking[0] = 0.0
-    change = terms.T @ np.linalg.solve((terms * mass) @ terms.T, lacking)
-    return mass * (1.0 + change), float(np.abs(change).max())
+    own, free = terms[:, plain], mass[plain]
+    change = own.T @ np.linalg.solve((own * free) @ own.T, lacking)
+    return np.concatenate([free * (1.0 + change), blocks]), float(np.abs(change).max())

@@ -18,6 +18,7 @@ is no loose one: under its own weight it closes to 0.636 of the bulk again, what
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -61,9 +62,12 @@ def loosely(radius: np.ndarray, solid: Solid, fraction: float) -> tuple[np.ndarr
     return (1.0 + SINKS) * (fraction / JAMMED) ** (1.0 / 3.0) * radius, sinks
 
 
-def centres(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random.SeedSequence) -> np.ndarray:
+def centres(
+    radius: np.ndarray, solid: Solid, distance: Distance, seed: np.random.SeedSequence,
+    taken: Callable[[np.ndarray, np.ndarray], np.ndarray] | None = None,
+) -> np.ndarray:  # fmt: skip
     """Centres (n, 3) uniform over the part of the body that each grain can reach; those that find none lie anywhere
-    inside."""
+    inside. ``taken``: where grains of these radii (m,) at these points (m, 3) cannot lie; None: nowhere."""
     rng = np.random.default_rng(seed)
     low, high = solid.vertices.min(axis=0), solid.vertices.max(axis=0)
     position, todo = np.empty((len(radius), 3)), np.arange(len(radius))
@@ -73,7 +77,10 @@ def centres(radius: np.ndarray, solid: Solid, distance: Distance, seed: np.rando
             break
         position[todo] = low + (high - low) * rng.random((len(todo), 3))
         least = radius[todo] - stand if trial < 900 else 0.0
-        todo = todo[distance.at(position[todo])[0] < least]
+        bad = distance.at(position[todo])[0] < least
+        if taken is not None:
+            bad |= taken(position[todo], radius[todo])
+        todo = todo[bad]
     return position
 
 

@@ -37,7 +37,7 @@ from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import LooseBed
 from dem.beds.settings import Settings
-from dem.beds.solid_body import is_solid
+from dem.beds.solid_body import SolidBody, is_solid
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from dem.trials import friction_angle
@@ -128,20 +128,24 @@ def predict(settings: Settings) -> dict[str, float]:
 def explain(settings: Settings) -> list[str]:
     """What the grains are, and what the cost follows from, in words."""
     grains, crater = expected_grains.expected(settings), 0.5 * settings.impact.expected_transient_diameter
+    found = placing.of_target(settings.target)
     if settings.target.solid and not settings.on_patch:
         return [
             f"{settings.count:,} grains (count) of {readable.length(grains.radius)} fill the body: "
             f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
             f"{steps(settings):,.0f} steps to rest; a contact law's first bed also measures its friction angle "
             f"(a minute or two, kept)",
+            *([] if found is None else [_blocks_of_body(found, settings, grains.radius)]),
         ]
     wide, target = settings.arc_radius, patch.target_of(settings)
     size = readable.length(grains.radius)
     if target.flat:
         edge = float(expected_grains.of_flat(settings, target)[1].at(np.array([wide]))[0])
         size += f", growing to {readable.length(edge)} at the edge," if edge > grains.radius else ""
-    found = placing.of_target(settings.target)
-    blocks = [] if found is None else [block_grains.worded(found, *expected_grains.of_flat(settings, target)[:2])]
+    blocks = []
+    if found is not None:
+        container, sizes, _ = expected_grains.of_flat(settings, target)
+        blocks = [block_grains.worded(found, lambda x, r: block_grains.fits(x, r, container, sizes))]
     return [
         f"{settings.count:,} grains (count) of {size} in a bed of {readable.length(wide)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
@@ -150,6 +154,11 @@ def explain(settings: Settings) -> list[str]:
         f"{steps(settings):,.0f} steps to rest",
         *blocks,
     ]
+
+
+def _blocks_of_body(found: placing.Placing, settings: Settings, radius: float) -> str:
+    distance = SolidBody.expected(settings.target, settings.densities).distance
+    return block_grains.worded(found, lambda x, r: block_grains.fits_body(x, r, distance, radius))
 
 
 def ground(settings: Settings) -> Target:

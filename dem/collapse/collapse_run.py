@@ -133,7 +133,7 @@ class Collapse:
         self.due = Due(*3 * (self.bed.start_time,))
         self.balance = Balance.begin(self.bed, body.surface_gravity, handed)
         self.worst_overlap = 0.0
-        self.begun = whole_body_collapse.leaving_of(self.bed, self.tracker, self.carried.get("shot"))
+        self.begun = whole_body_collapse.leaving_of(self.bed, self.tracker, self.carried.get("shot"), self.origins)
 
     # -- time
 
@@ -299,7 +299,7 @@ class Collapse:
             },
             "stiffness_excess": bed.stiffness_excess / max(self.balance.handed, 1e-300),
             **worst,
-            **whole_body_collapse.report(bed, self.tracker, self.carried.get("shot"), self.begun),
+            **whole_body_collapse.report(bed, self.tracker, self.carried.get("shot"), self.origins, self.begun),
             "ballistic_at_end": int((bed.state == BALLISTIC).sum()),
             "left": int((bed.state == LEFT).sum()),
             "booked": {reason: _book(row) for reason, row in zip(REASONS, bed.booked)},

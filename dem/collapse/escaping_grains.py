@@ -49,9 +49,10 @@ def escapes(bed: Assembly) -> np.ndarray:
     return np.asarray(fast & (np.einsum("ij,ij->i", speed, position) > 0.0))
 
 
-def report(bed: Assembly, shot: Mapping[str, Any] | None) -> dict[str, Any]:
-    """What stands in the report: mass [kg] and momentum [kg m/s] of what leaves and of what stays; beta where the
-    start says what the projectile brought (``shot``: its momentum and the normal of the site)."""
+def report(bed: Assembly, shot: Mapping[str, Any] | None, block: np.ndarray | None = None) -> dict[str, Any]:
+    """What stands in the report: mass [kg] and momentum [kg m/s] of what leaves and of what stays, and of the blocks
+    (number, mass, momentum) among what leaves where ``block`` (n,) says which grains are some; beta where the start
+    says what the projectile brought (``shot``: its momentum and the normal of the site)."""
     away = escapes(bed)
     lost = bed.mass[away] @ bed.W[away, :3]
     body = bed.mass[~away] @ bed.W[~away, :3]
@@ -61,6 +62,13 @@ def report(bed: Assembly, shot: Mapping[str, Any] | None) -> dict[str, Any]:
         "momentum_kg_m_s": lost.tolist(),
         "momentum_of_the_body_kg_m_s": body.tolist(),
     }
+    if block is not None:
+        mine = away & (block >= 0)
+        found["blocks"] = {
+            "number": int(np.count_nonzero(mine)),
+            "mass_kg": float(bed.mass[mine].sum()),
+            "momentum_kg_m_s": (bed.mass[mine] @ bed.W[mine, :3]).tolist(),
+        }
     if shot is None:
         return found
     brought, normal = (np.array(shot[name], dtype=float) for name in ("momentum_kg_m_s", "normal"))

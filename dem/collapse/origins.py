@@ -21,6 +21,12 @@ class Origins:
         self.identity = start.identity[order]
         self.fields = {name: start[name][order] for name in (*ORIGINS, *OF_BLOCKS) if name in start}
 
+    def blocks(self, identity: np.ndarray) -> np.ndarray | None:
+        """Which block (n,) each of these grains is, -1 for none; None where the ground holds none."""
+        if "block" not in self.fields:
+            return None
+        return np.asarray(self.fields["block"][np.searchsorted(self.identity, identity)])
+
     def onto(self, grains: Particles) -> Particles:
         """``grains``, given those fields."""
         row = np.searchsorted(self.identity, grains.identity)

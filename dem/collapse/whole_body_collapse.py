@@ -14,6 +14,7 @@ from dem.beds.solid_bed import axes_of_inertia
 from dem.beds.solid_body import SolidBody
 from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.collapse import escaping_grains
+from dem.collapse.origins import Origins
 from dem.grains import cached_gravity
 from dem.grains.assembly import Assembly
 from dem.grains.cached_gravity import ExternalForce
@@ -52,19 +53,22 @@ def with_hill_sphere(domain: Region, body: object) -> Region:
     return domain
 
 
-def leaving_of(bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None) -> dict[str, Any]:
+def leaving_of(
+    bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None, origins: Origins
+) -> dict[str, Any]:
     """What leaves a whole body, as it stands (``dem.collapse.escaping_grains``); nothing of other ground."""
-    return {} if tracker is None else escaping_grains.report(bed, shot)
+    return {} if tracker is None else escaping_grains.report(bed, shot, origins.blocks(bed.identity))
 
 
 def report(
-    bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None, begun: dict[str, Any]
+    bed: Assembly, tracker: PoseTracker | None, shot: Mapping[str, Any] | None, origins: Origins, begun: dict[str, Any]
 ) -> dict[str, Any]:
     """What stands in the report of a whole body: its rotation, its axes, what was taken out of the pull, and what
-    leaves it; ``shot`` as the start has it, ``begun`` what left it then (``dem.collapse.escaping_grains``)."""
+    leaves it; ``shot`` as the start has it, ``origins`` of the grains, ``begun`` what left it then
+    (``dem.collapse.escaping_grains``)."""
     if tracker is None:
         return {}
-    k, escaping = slice(0, bed.active), leaving_of(bed, tracker, shot)
+    k, escaping = slice(0, bed.active), leaving_of(bed, tracker, shot, origins)
     if bed.active < 4:  # it has come apart
         return {
             "pull_removed_over_weight": float(bed.pull_state[cached_gravity.WORST]),

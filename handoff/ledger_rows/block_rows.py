@@ -49,6 +49,10 @@ def enter(ledger: Ledger, blocks: WholeBlocks | None, source: Particles, start: 
         ledger.amend(name, value, note, LIMITS[name])
     mass = float(grains.mass.sum())
     ledger.state("block_mass", mass, "kg", f"of {float(start.mass.sum()):.6g} kg in all")
+    beyond = grains.select(grains.state == BOOKED)
+    momentum = ", ".join(f"{p:.6g}" for p in beyond.mass @ beyond.velocity)
+    told = f"{len(beyond)} whole blocks, ({momentum}) kg m/s along the axes of the bed"
+    ledger.state("block_mass_beyond", float(beyond.mass.sum()), "kg", told)
 
 
 def _measured(source: Particles, grains: Particles) -> dict[str, tuple[float, str]]:

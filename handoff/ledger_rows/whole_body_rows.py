@@ -1,12 +1,12 @@
 """Rows of the ledger on a whole body: its mass, momentum, angular momentum and kinetic energy, in the inertial frame
 about the body's centre at the moment of the impact, from the snapshot and the start as they stand in their files.
 
-    particles = grains kept + ejecta that became grains + what stays in the list + what was removed
+    particles = grains kept + ejecta that became grains + whole blocks + what stays in the list + what was removed
 
 Ejecta that return are grains; those that escape, orbit or come back after the run stay in the list
-(``handoff.transfer.ejecta``). Nothing is removed: all matter belongs to the body, and what stood where grains were
-carved away is in the ejecta or in the grains around. Energy alone is not kept: grains average out what is smaller than
-they are.
+(``handoff.transfer.ejecta``), and so do whole blocks that escape. Nothing is removed: all matter belongs to the body,
+and what stood where grains were carved away is in the ejecta or in the grains around. Energy alone is not kept: grains
+average out what is smaller than they are.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from handoff.domains.whole_body import WholeBody
 from handoff.ledger import LIMITS, Ledger
 from handoff.source import two_body
 from handoff.transfer import correction
+from handoff.transfer.ejecta import BOOKED
 from handoff.transfer.handed import Handoff
 from matter.particles import Particles
 
@@ -29,9 +30,14 @@ def parts(handoff: Handoff, source: Particles, start: Particles) -> dict[str, co
     of the run; scales are those against the ground."""
     region, kept = handoff.region, len(handoff.mapped.change)
     number = np.arange(len(start))
+    flying = kept + len(handoff.ejecta.fate)
     away = np.zeros(len(start), dtype=bool)
-    away[kept:] = handoff.ejecta.fate != two_body.RETURNS
-    which = {"grains kept": number < kept, "grains of ejecta": (number >= kept) & ~away, "in the list": away}
+    away[kept:flying] = handoff.ejecta.fate != two_body.RETURNS
+    which = {"grains kept": number < kept, "grains of ejecta": (number >= kept) & (number < flying) & ~away}
+    if handoff.blocks is not None:
+        away[flying:] = start.state[flying:] == BOOKED
+        which["whole blocks"] = (number >= flying) & ~away
+    which["in the list"] = away
     pace = region.pace(source.position, source.velocity)
     sums = {"particles": correction.sums(source.mass, source.position, source.velocity, pace=pace)}
     for name, mine in which.items():
@@ -46,7 +52,8 @@ def enter(ledger: Ledger, handoff: Handoff, source: Particles, start: Particles)
         return
     sums = parts(handoff, source, start)
     before = sums["particles"]
-    after = sums["grains kept"] + sums["grains of ejecta"] + sums["in the list"]
+    first, *others = (some for name, some in sums.items() if name != "particles")
+    after = sum(others, start=first)
     scale = {"mass": before.mass, "momentum": before.momentum_scale, "angular": before.angular_scale}
     words = {"mass": ("whole_mass_rel", "kg"), "momentum": ("whole_momentum_rel", "kg m/s"),
              "angular": ("whole_angular_momentum_rel", "kg m^2/s")}  # fmt: skip

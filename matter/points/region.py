@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -23,9 +24,13 @@ class Interior:
         """Volume [m^3]."""
         return self.solid.volume
 
+    @cached_property
+    def _box(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.solid.vertices.min(axis=0), self.solid.vertices.max(axis=0)
+
     def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
         """``count`` random points (n, 3)."""
-        low, high = self.solid.vertices.min(axis=0), self.solid.vertices.max(axis=0)
+        low, high = self._box
         points = np.empty((0, 3))
         while len(points) < count:
             trial = low + (high - low) * rng.random((count, 3))

@@ -19,6 +19,7 @@ behind the others, with its name. Yield, tension and crushing pressures are the 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any, NamedTuple
 
@@ -149,10 +150,10 @@ def filled(
     placing: Placing,
     zones: Zones,
     site: np.ndarray,
-    weight: np.ndarray | None = None,
+    weight: Callable[[np.ndarray], np.ndarray] | None = None,
 ) -> tuple[Body, dict[str, Any]]:
-    """The body with its blocks, and what became of them in numbers; ``site`` (3,) [m] the impact point, ``weight``
-    (n,) [Pa] the pressure that particles begin with, None for none."""
+    """The body with its blocks, and what became of them in numbers; ``site`` (3,) [m] the impact point, ``weight`` the
+    pressure (n,) [Pa] that particles of these masses (n,) [kg] begin with, None for none."""
     volume, total = body.mass / matrix.ground, float(body.mass.sum())
     own = resolved(placing, zones, site)
     block = _block_of(body.position, placing, own)
@@ -167,7 +168,7 @@ def filled(
     mass[between] *= (total - float(mass[inside].sum())) / float(mass[between].sum())
     density, distention = materials.bulk_density[material], materials.rows.alpha0[material]
     if weight is not None:
-        loaded(weight, material, materials.rows, density, distention)
+        loaded(weight(mass), material, materials.rows, density, distention)
     facts = {
         "blocks": len(own),
         "resolved": int(own.sum()),

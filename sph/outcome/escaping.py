@@ -7,7 +7,8 @@
 (Cheng et al. 2023, Nature 616, 457, eq. 1: their ratio of momenta along the normal of the surface.) At the end of the
 shock stage slow matter is still on its way; what leaves last is the slowest. Most of the mass may be ground that is
 still dense and in contact, which friction can stop. Separated matter, below half of its density at the start, escapes
-whatever the ground does; it is reported under the key ``parted``.
+whatever the ground does; it is reported under the key ``parted``. ``blocks`` is what escapes of blocks, whole or
+broken; one counts where most of its mass does.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from matter.blocks import block_bodies
 from matter.geometry import tree
 from sph.bodies import symmetry
 
@@ -33,20 +35,24 @@ def escaped_momentum(
     momentum: np.ndarray,
     normal: np.ndarray,
     separated: np.ndarray | None = None,
+    block: np.ndarray | None = None,
 ) -> dict[str, Any]:
     """Escaping mass [kg] and momentum (3,) [kg m/s] of particles (n, 3), (n,); ``momentum`` (3,) of the projectile,
-    ``normal`` (3,) of the surface; mass and beta of the escaping particles that are ``separated`` (n,) bool."""
+    ``normal`` (3,) of the surface; mass and beta of the escaping particles that are ``separated`` (n,) bool; number,
+    mass and momentum of the blocks among them, where ``block`` (n,) is that of each particle, -1 for none."""
     centre, drift = (mass @ values / mass.sum() for values in (position, velocity))
     offset, speed = position - centre, velocity - drift
     well = tree.minus_potential(position, mass, softening, THETA)
     escapes = (0.5 * np.einsum("ij,ij->i", speed, speed) > well) & (np.einsum("ij,ij->i", speed, offset) > 0.0)
     lost = mass[escapes] @ velocity[escapes]
     stays = momentum - lost
-    more = {}
+    more: dict[str, Any] = {}
     if separated is not None:
         free = escapes & separated
         thrown = float(mass[free] @ velocity[free] @ normal / (momentum @ normal))
         more = {"parted": {"mass_kg": float(mass[free].sum()), "beta": 1.0 - thrown}}
+    if block is not None:
+        more["blocks"] = _of_blocks(np.where(escapes, block, -1), block, mass, velocity)
     return {
         "mass_kg": float(mass[escapes].sum()),
         "momentum_kg_m_s": lost.tolist(),
@@ -55,6 +61,17 @@ def escaped_momentum(
         "beta_vector": (stays / np.linalg.norm(momentum)).tolist(),
         "normal": normal.tolist(),
         **more,
+    }
+
+
+def _of_blocks(away: np.ndarray, block: np.ndarray, mass: np.ndarray, velocity: np.ndarray) -> dict[str, Any]:
+    """Number, mass and momentum of what is ``away`` (n,) of each ``block`` (n,)."""
+    count, mine = int(block.max(initial=-1)) + 1, away >= 0
+    lost, whole = (block_bodies.masses(which, count, mass) for which in (away, block))
+    return {
+        "number": int(np.count_nonzero(lost > 0.5 * whole)),
+        "mass_kg": float(mass[mine].sum()),
+        "momentum_kg_m_s": (mass[mine] @ velocity[mine]).tolist(),
     }
 
 
@@ -77,4 +94,5 @@ def escaping_mass(run: Any) -> dict[str, Any] | None:
         rho * ball.volume * np.array(chosen.target.aim(chosen.impact)),
         normal,
         np.tile(cloud.density < SEPARATED * cloud.start_density, parts),
+        cloud.block if run.rubble else None,  # no mirror images where there are blocks
     )

@@ -7,6 +7,10 @@ The same is left out of both partners' work, so that force and heat stay conjuga
 as of any pair. Matter on its own side bears what its material bears. Where the ground bears no tension by itself this
 changes little: its particles have none to share.
 
+Where the partners of such a pair part, the gap that opens between them is no expansion of either: their velocity
+gradients see the partner move along. Otherwise a block in ground that flies apart would be stretched, and drawn
+together, by what it does not touch.
+
 Each particle says whose it is: -1 - b in block b, else the number of its material; pairs of ground and projectile are
 no surface of a block. (Artificial conductivity reads the same number: heat flows within a block, and within
 the ground.)

@@ -173,8 +173,9 @@ def pair_loop(scheme: Scheme):
                         along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
                         along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
                         cut = block_contact.cut(body, t[MATERIAL, k], along)
+                        opens = cut if vr > 0.0 else 0.0
                         heat += (
-                            cut
+                            (cut - opens)
                             * w
                             * (
                                 ux * (txx * gx + txy * gy + txz * gz)
@@ -183,6 +184,7 @@ def pair_loop(scheme: Scheme):
                             )
                         )  # what the velocity gradient below counts of it as work
                         w *= 1.0 - cut
+                        ux, uy, uz = (1.0 - opens) * ux, (1.0 - opens) * uy, (1.0 - opens) * uz
                     if not corrected:
                         ax += w * (sxx * gx + sxy * gy + sxz * gz) - viscous_term * gx
                         ay += w * (sxy * gx + syy * gy + syz * gz) - viscous_term * gy

@@ -16,6 +16,10 @@ they held, ground under gravity does not feel the switch. Material in tension or
 had no pressure. u goes on with the same sums, so that the total energy is kept to rounding across the switch; the
 elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
 
+Flaws open at the strain that a flow makes in softer matter, v / c, though its stress falls by K' / K: a block would
+break in any flow. Those of blocks (``[[target.blocks]]``) therefore go by E: it takes the stress that broke it
+before.
+
 Artificial viscosity acts on a smooth flow with nu = alpha c hbar / 20 (``sph.viscosity``), so that the (2, 10) that a
 shock needs eats a flow of metres a second or less, before the switch above all: with c = 3,145 m/s a crater of 0.5 m
 that grows at 0.14 m/s has a Reynolds number of 0.003 (``sph.stepping.flow_reynolds``). From ``viscosity_at`` on, by
@@ -57,6 +61,7 @@ class Slower(Model):
     """Bulk sound speed from then on."""
 
 
+NO_BLOCKS = np.zeros(0, dtype=np.int64)
 BETA = 10.0
 """Quadratic artificial viscosity of the late stage."""
 
@@ -110,14 +115,17 @@ class LateStageMedium(NamedTuple):
     ratio: np.ndarray
 
 
-def late_medium(rows: Rows, sound_speed: float) -> LateStageMedium:
-    """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus."""
+def late_medium(rows: Rows, sound_speed: float, blocks: np.ndarray = NO_BLOCKS) -> LateStageMedium:
+    """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus. The
+    flaws of ``blocks``, rows of their materials, see the strain of the modulus at rest."""
     stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
     stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
     ratio = np.minimum(rows.rho0 * sound_speed**2 / stiff, 1.0)
+    young = rows.young * ratio
+    young[blocks] = rows.young[blocks]
     changed = rows._replace(
         shear=rows.shear * ratio,
-        young=rows.young * ratio,
+        young=young,
         bulk=rows.bulk * ratio,
         crack_speed=rows.crack_speed * np.sqrt(ratio),
     )

@@ -124,13 +124,6 @@ def test_other_packings_hold_no_blocks(change, words):
         bed_stage.Settings(target=target_of(LARGE), impact=IMPACT, **change)
 
 
-def test_a_body_holds_no_blocks_yet():
-    axes = {"shape": "ellipsoid", "axes": (20.0, 18.0, 16.0), "layers": [{"name": "b", "material": "basalt"}]}
-    body = Target(**axes, blocks=[{"material": "gabbro", "law": "equal", "largest": 4.0, "volume_fraction": 0.1}])
-    with pytest.raises(ValueError, match="a bed holds no blocks yet on an ellipsoid or mesh"):
-        bed_stage.Settings(target=body, impact=IMPACT)
-
-
 def test_blocks_that_weigh_more_than_the_ground_are_refused(tmp_path):
     with pytest.raises(InputError, match="leave too little of the ground"):
         made(tmp_path, target_of(LARGE), density=1e5)

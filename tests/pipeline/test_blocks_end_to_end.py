@@ -1,4 +1,5 @@
-"""A shot at ground with blocks, from the shock to the grains that the collapse begins with."""
+"""A shot at ground with blocks, from the shock to the grains that the collapse begins with, and one at a whole body
+with blocks to the end of the collapse."""
 
 from __future__ import annotations
 
@@ -120,3 +121,113 @@ def judge(run: Path) -> None:
     # one broken block's matter is in ordinary grains: nothing of it is lost
     inside = start.mass @ start.block_fraction.astype(float)
     assert inside == pytest.approx(last.mass[last.block >= 0].sum(), rel=0.02)
+
+
+BODY = """
+[case]
+title = "A shot at a small body of blocks"
+stages = ["sph", "bed", "handoff", "dem"]
+[target]
+shape = "ellipsoid"
+axes = ["120 m", "110 m", "90 m"]
+latitude = "20 deg"
+longitude = "130 deg"
+azimuth = "60 deg"
+spin_period = "6 h"
+layers = [{ material = "basalt" }]
+[[target.blocks]]
+material = "limestone"
+law = "equal"
+largest = "16 m"
+volume_fraction = 0.15
+[[target.blocks.placed]]
+at = ["9 m", "-2 m"]
+depth = "9 m"
+size = ["15 m", "15 m", "15 m"]
+[[target.blocks.placed]]
+at = ["-7 m", "4 m"]
+depth = "9.5 m"
+size = ["16 m", "15 m", "15 m"]
+[[target.blocks.placed]]
+at = ["0 m", "0 m"]
+depth = "30 m"
+size = ["26 m", "26 m", "26 m"]
+[impact]
+speed = "6 km/s"
+angle_from_vertical = "20 deg"
+expected_transient_diameter = "30 m"
+projectile = { material = "aluminum", radius = "0.4 m" }
+[sph]
+spacing_at_impact = "2 m"
+spacing_far = "8 m"
+fine_radius = "16 m"
+growth = 0.15
+contact_refinement = 1.0
+projectile_particles = 1
+end_time = "12 s"
+snapshot_interval = "2 s"
+[sph.late]
+at = "50 ms"
+sound_speed = "30 m/s"
+alpha = 0.1
+[sph.materials.basalt]
+strength = "drucker_prager"
+predamaged = true
+porosity = "p_alpha"
+p_alpha = { alpha0 = 1.8 }
+crush_quadratic = { Pe = "0.1 MPa", Ps = "1.5 GPa" }
+tension = { cut = "0 Pa" }
+[sph.materials.limestone]
+porosity = "p_alpha"
+p_alpha = { alpha0 = 1.2 }
+crush_quadratic = { Pe = "100 MPa", Ps = "3 GPa" }
+[bed]
+count = 3000
+[handoff]
+time = "last"
+crater = "any"
+[dem]
+end_time = "5 min"
+latest_time = "5 min"
+still_interval = "2 min"
+snapshot_interval = "2 min"
+"""
+
+
+@pytest.mark.validation
+def test_a_body_of_blocks_goes_from_the_shock_to_the_settled_grains(tmp_path, monkeypatch):
+    """Three are whole at the handover, the two beside the site on their way out; every stage tells what leaves with
+    blocks."""
+    (tmp_path / "case.toml").write_text(BODY)
+    monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs"), "--threads", "1"])
+    with pytest.raises(SystemExit) as ended:
+        cli.run_case()
+    assert ended.value.code in (0, 1, None)
+    judge_body(next((tmp_path / "runs").glob("[!.]*-*")))
+
+
+def judge_body(run: Path) -> None:
+    """What the stages of a run on a body left."""
+    blocks, bed = block_file.of_target(run / "2_sph" / "target.json"), snapshot.read(run / "3_bed" / "bed.vtkhdf")
+    start = snapshot.read(run / "4_handoff" / "start.vtkhdf")
+    last = snapshot.read(sorted((run / "2_sph").glob("snap_*.vtkhdf"))[-1])
+    assert blocks is not None and bed.attributes[block_file.DIGEST] == block_file.digest(blocks)
+    large = bed.select(bed.block >= 0)
+    assert large.block.tolist() == [0, 1, 2] and start.block[start.block >= 0].tolist() == [0, 1, 2]
+    way = np.linalg.norm(large.position - blocks.position[large.block], axis=1)
+    assert (way < 0.15 * large.radius).all() and bed.attributes["residual_speed_over_sqrt_g_r"] < 1e-3
+    rows = {row["name"]: row for row in json.loads((run / "4_handoff" / "ledger.json").read_text())}
+    whole = ("whole_mass_rel", "whole_momentum_rel", "whole_angular_momentum_rel")
+    for name in (*block_rows.LIMITS, *whole):
+        assert rows[name]["verdict"] == "pass", rows[name]
+    inside = start.mass @ start.block_fraction.astype(float)
+    assert inside == pytest.approx(last.mass[last.block >= 0].sum(), rel=0.02)
+    reports = {name: json.loads((run / name / "stage_report.json").read_text()) for name in ("2_sph", "5_dem")}
+    shock, end = reports["2_sph"]["escaping"], reports["5_dem"]["escaping"]
+    begun = reports["5_dem"]["escaping_at_start"]
+    assert shock["blocks"]["number"] == begun["blocks"]["number"] == end["blocks"]["number"] == 2
+    for key in ("mass_kg", "momentum_kg_m_s"):
+        assert begun["blocks"][key] == pytest.approx(shock["blocks"][key], rel=1e-9)
+    assert end["blocks"]["mass_kg"] == pytest.approx(begun["blocks"]["mass_kg"], rel=1e-12)
+    assert reports["5_dem"]["momentum_error"] < 1e-12 and reports["5_dem"]["angular_momentum_error"] < 1e-10
+    assert end["beta_of_the_body"] == pytest.approx(end["beta"], rel=0.02)

@@ -53,3 +53,18 @@ def test_a_block_in_tension_is_let_go_and_in_compression_held(pressure, felt):
     before = (cloud.mass[:, None] * whole.acceleration)[block].sum(axis=0)[0]
     assert abs(before) > 0.0
     assert pull == pytest.approx(before, rel=1e-9) if felt else abs(pull) < 1e-9 * abs(before)
+
+
+def test_a_gap_that_opens_at_a_block_is_no_expansion_of_it():
+    """Two halves in tension that part as rigid bodies: neither density changes; pressed together both grow denser."""
+    cloud = _Cloud(1000)
+    block = cloud.position[:, 0] > np.median(cloud.position[:, 0])
+    kinds = np.where(block, -1.0, 0.0)
+    cloud.stress[:], cloud.velocity[:] = 0.0, 0.0
+    found = {}
+    for pressure, speed in ((-1e6, 1.0), (-1e6, -1.0), (1e6, 1.0)):
+        cloud.pressure[:] = pressure
+        cloud.velocity[:, 0] = np.where(block, speed, 0.0)
+        found[pressure, speed] = np.abs(_rates(cloud, kinds, 0.0).density).max()
+    assert found[-1e6, 1.0] < 1e-9 * found[-1e6, -1.0]
+    assert found[1e6, 1.0] == pytest.approx(found[-1e6, -1.0], rel=1e-6)

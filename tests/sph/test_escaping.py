@@ -47,6 +47,20 @@ def test_what_has_parted_is_said_by_itself():
     assert "parted" not in escaping.escaped_momentum(*set_up, *shot)
 
 
+def test_what_leaves_with_blocks_has_number_mass_and_momentum():
+    """Block 0 flies off whole, of block 1 one stone of three; what escapes of the ground is not counted with them."""
+    fast = 1.5 * ESCAPE
+    set_up = ball([fast, fast, fast, 0.1 * ESCAPE, 0.1 * ESCAPE, fast])
+    block = np.full(len(set_up[2]), -1)
+    block[-6:] = [0, 0, 1, 1, 1, -1]
+    shot = np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0])
+    found = escaping.escaped_momentum(*set_up, *shot, block=block)
+    assert found["mass_kg"] == pytest.approx(40.0)
+    assert found["blocks"]["number"] == 1 and found["blocks"]["mass_kg"] == pytest.approx(30.0)
+    assert found["blocks"]["momentum_kg_m_s"] == pytest.approx([0.0, 0.0, 30.0 * fast], rel=1e-9)
+    assert "blocks" not in escaping.escaped_momentum(*set_up, *shot)
+
+
 def test_what_comes_in_does_not_leave():
     found = escaping.escaped_momentum(*ball([30.0], up=-1.0), np.array([0.0, 0.0, -500.0]), np.array([0.0, 0.0, 1.0]))
     assert found["mass_kg"] == 0.0 and found["beta"] == 1.0

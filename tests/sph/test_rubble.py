@@ -44,7 +44,7 @@ def _built(target: Target, zones: Zones, weight: float = 0.0):
         plain = grounds.build(target, grounds.hydrostatic(target, materials), materials, zones, 1)
     found = placing.of_target(target)
     materials, matrix = rubble.with_matrix(materials, "basalt", found)
-    pressure = np.full(len(plain.mass), weight) if weight else None
+    pressure = (lambda mass: np.full(len(mass), weight)) if weight else None
     site = np.array(target.impact_point)
     body, facts = rubble.filled(plain, materials, matrix, found, zones, site, pressure)
     return plain, body, materials, facts, found
@@ -116,6 +116,33 @@ def test_weight_presses_matrix_and_blocks_each_by_its_own_law():
     inside = body.block >= 0
     assert (body.density > materials.bulk_density[body.material]).all()
     assert (body.distention[~inside] < materials.rows.alpha0[body.material[~inside]]).all()
+
+
+def test_a_body_bears_the_weight_of_its_blocks_from_the_start():
+    """The pressure is that of the masses with blocks, which the late stage takes it to be (``solid_target.carried``):
+    a heavy block about the middle of a ball pulls more than its surroundings did."""
+    layer, ball = {"name": "body", "material": "basalt"}, {"at": (0.0, 0.0), "depth": 20.0, "size": (22.0,) * 3}
+    table = {"material": "gabbro", "law": "list", "placed": [ball]}
+    target = Target(shape="ellipsoid", axes=(40.0, 40.0, 40.0), layers=[layer], blocks=[table])
+    materials, zones = collect(("basalt", "copper", "gabbro"), {"basalt": POROUS}), Zones(2.0, 1.0, 2.0, 1.0, 2.0, 0.3)
+    plain, found = solid_target.build(target, materials, zones, 1), placing.of_target(target)
+    more, matrix = rubble.with_matrix(materials, "basalt", found)
+    borne = []
+
+    def weight(mass: np.ndarray) -> np.ndarray:
+        borne.append(solid_target.weight(target, more, plain.position, mass))
+        return borne[0]
+
+    body, _ = rubble.filled(plain, more, matrix, found, zones, np.array(target.impact_point), weight)
+    assert (borne[0] == solid_target.weight(target, more, plain.position, body.mass)).all()
+    even = solid_target.weight(target, more, plain.position, plain.mass)
+    # half way from r = 16 m to the surface, at 18 m, the pull is that of a body as heavy within it
+    r = np.linalg.norm(plain.position, axis=1)
+    some = np.abs(r - 16.0) < 1.0
+    within = r < 18.0
+    wanted = body.mass[within].sum() / plain.mass[within].sum()
+    assert wanted > 1.1
+    assert (borne[0][some] / even[some]).mean() == pytest.approx(wanted, rel=0.02)
 
 
 def test_ground_that_would_become_too_light_is_refused_with_the_largest_fraction():
@@ -225,7 +252,7 @@ def test_a_projectile_of_the_blocks_material_is_refused(tmp_path):
 
 
 def test_stages_of_grains_take_blocks_in_a_loose_bed(tmp_path):
-    """Of flat ground; a bed in another packing, and one of a whole body, refuse them (``tests/dem``)."""
+    """A bed in another packing, and a patch of a body's ground, refuse them (``tests/dem``)."""
     text = CASE.format(blocks=TABLE).replace('["sph", "crater"]', '["sph", "bed", "handoff", "dem", "crater"]')
     (tmp_path / "case.toml").write_text(text)
     assert compose.compose(cases.read(tmp_path))["bed"].target.blocks
@@ -234,14 +261,30 @@ def test_stages_of_grains_take_blocks_in_a_loose_bed(tmp_path):
         compose.compose(cases.read(tmp_path))
 
 
-def test_no_blocks_and_none_of_the_volume_are_the_same(tmp_path):
+FLAT = """shape = "half_sphere"
+start = "literal"
+gravity = "1e-4 m/s^2"
+[[target.layers]]
+material = "basalt"
+thickness = "10 m"
+"""
+BODY = """shape = "ellipsoid"
+axes = ["22 m", "20 m", "16 m"]
+spin_period = "6 h"
+[[target.layers]]
+material = "basalt"
+"""
+
+
+@pytest.mark.parametrize("ground", [FLAT, BODY])
+def test_no_blocks_and_none_of_the_volume_are_the_same(tmp_path, ground):
     """``volume_fraction = 0``: no block is drawn, target and projectile keep their rows and with them their flaws."""
     with_none = TABLE.split("[[target.blocks.placed]]")[0].replace('"list"', '"equal"\nlargest = "2 m"')
     found = []
     for blocks in ("", with_none + "volume_fraction = 0\n"):
-        (tmp_path / "case.toml").write_text(CASE.format(blocks=blocks))
+        (tmp_path / "case.toml").write_text(CASE.format(blocks=blocks).replace(FLAT, ground))
         settings = compose.compose(cases.read(tmp_path))["sph"]
-        assert placing.of_target(settings.target) is None
+        assert placing.of_target(settings.target) is None and settings.target.solid == (ground == BODY)
         found.append(settings.chosen_materials())
     assert found[1].names == (*found[0].names, "gabbro")
     for one, other in zip(found[0].rows, found[1].rows):

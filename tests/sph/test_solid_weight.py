@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import math
 
 import numpy as np
@@ -116,3 +117,49 @@ def test_a_body_that_bears_its_weight_stays_at_rest_also_across_a_softer_late_st
     fall = 1.4e-4 * 4.0
     assert math.sqrt(last.mass @ up**2 / last.mass.sum()) < 0.15 * fall
     assert last.pressure.max() == pytest.approx(2.0 / 3.0 * math.pi * G * RHO**2 * 470.0**2, rel=0.2)
+
+
+BLOCKS = """
+[[target.blocks]]
+material = "gabbro"
+law = "list"
+[[target.blocks.placed]]
+at = ["30 m", "0 m"]
+depth = "45 m"
+size = ["70 m", "70 m", "70 m"]
+[[target.blocks.placed]]
+at = ["-60 m", "20 m"]
+depth = "60 m"
+size = ["90 m", "80 m", "80 m"]
+"""
+POROUS = """
+porosity = "p_alpha"
+p_alpha = { alpha0 = 1.5 }
+crush_quadratic = { Pe = "10 MPa", Ps = "1.5 GPa" }
+tension = { cut = "0 Pa" }
+"""
+
+
+@pytest.mark.validation
+def test_a_body_with_blocks_stays_at_rest_and_turns_about_its_centre_of_mass(tmp_path, monkeypatch):
+    """Dense blocks to one side: neither they nor the ground fall, and the whole goes nowhere."""
+    case = CASE.replace("[impact]\n", BLOCKS + "[impact]\n").replace('"30 m"\ngrowth', '"90 m"\ngrowth') + POROUS
+    (tmp_path / "case.toml").write_text(case)
+    monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs"), "--threads", "1"])
+    with pytest.raises(SystemExit) as end:
+        cli.run_case()
+    assert end.value.code in (0, None)
+    folder = next((tmp_path / "runs").glob("*-*")) / "2_sph"
+    last, report = snapshot.read(folder / "last.vtkhdf"), json.loads((folder / "stage_report.json").read_text())
+    assert report["blocks"]["resolved"] == 2 and report["blocks"]["whole"] == 2
+    centre, drift = (last.mass @ values / last.mass.sum() for values in (last.position, last.velocity))
+    omega = np.array(json.loads((folder / "target.json").read_text())["angular_velocity_1_s"])
+    fall = 4.0 * np.pi / 3.0 * G * 1800.0 * 470.0 * 4.0
+    assert np.linalg.norm(np.cross(omega, centre)) > 1e-3 * fall  # what it would drift by
+    assert np.linalg.norm(drift) < 1e-9 * fall
+    rest = last.velocity - drift - np.cross(omega, last.position - centre)
+    rms = np.sqrt(last.mass @ np.einsum("ij,ij->i", rest, rest) / last.mass.sum())
+    assert rms < 0.15 * fall
+    for number in (0, 1):
+        mine = last["block"] == number
+        assert np.linalg.norm(last.mass[mine] @ rest[mine] / last.mass[mine].sum()) < 0.15 * fall

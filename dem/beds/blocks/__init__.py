@@ -1,1 +1,1 @@
-"""Blocks in a bed of flat ground: large grains that go in first, and the ground that settles round them."""
+"""Blocks in a bed: large grains that are in place first, and the ground that settles round them."""

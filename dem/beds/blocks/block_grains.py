@@ -1,9 +1,9 @@
 """Which blocks of ``blocks.h5`` are grains of a bed, and where.
 
 A block becomes one large grain, a sphere of its volume and mass, when it has particles of its own in the shock stage,
-is at least ``LEAST`` times as large as the grains about it, and its sphere lies inside the container. All others are
-part of the ground: their mass is in the grains. What is lost of an ellipsoid is its shape: how it lies, rolls, and
-interlocks.
+is at least ``LEAST`` times as large as the grains about it, and its sphere lies inside the container, or the body,
+out of whose surface it may stand as far as other grains do (``dem.beds.solid_packing.PROUD``). All others are part of
+the ground: their mass is in the grains. What is lost of an ellipsoid is its shape: how it lies, rolls, and interlocks.
 
 Spheres of ellipsoids close to each other can overlap where these do not. Such pairs are moved apart, each in the
 inverse ratio of its mass, until they touch.
@@ -12,16 +12,18 @@ inverse ratio of its mass, until they touch.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from dem.beds import bed_measures
+from dem.beds import bed_measures, solid_packing
 from dem.beds.bed_domain import Container
 from dem.beds.grading import Grading
 from matter.blocks.placing import Placing
 from matter.errors import InputError
 from matter.particles import Particles
+from matter.solids.distance import Distance
 from matter.wording import readable
 
 LEAST = 2.0
@@ -59,14 +61,29 @@ class BlockGrains(NamedTuple):
             found |= np.linalg.norm(points - centre, axis=1) < radius + beyond
         return found
 
+    def keeps_out(self, points: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Where no grain (n,) of these radii may begin: in a block, or in the layer about it."""
+        return self.covers(points, ALONG * radius)
+
 
 def of_ground(blocks: Particles, digest: str, container: Container, sizes: Grading) -> BlockGrains:
     """The blocks that are grains in this container, between grains of these sizes. Raises ``InputError`` where they
     find no room as spheres."""
-    x, r = blocks.position, blocks.radius
-    chosen = np.flatnonzero((blocks.resolved == 1) & fits(x, r, container, sizes))
+    return _chosen(blocks, digest, fits(blocks.position, blocks.radius, container, sizes))
+
+
+def of_body(blocks: Particles, digest: str, distance: Distance, mean: float) -> BlockGrains:
+    """The blocks that are grains of a whole body, by the ``distance`` from its surface, between grains of the ``mean``
+    radius [m]. Raises ``InputError`` where they find no room as spheres."""
+    return _chosen(blocks, digest, fits_body(blocks.position, blocks.radius, distance, mean))
+
+
+def _chosen(blocks: Particles, digest: str, fit: np.ndarray) -> BlockGrains:
+    chosen = np.flatnonzero((blocks.resolved == 1) & fit)
     name = str(blocks.attributes["materials"][0])
-    found = BlockGrains(chosen, x[chosen], r[chosen], blocks.mass[chosen], name, digest, len(blocks))
+    found = BlockGrains(
+        chosen, blocks.position[chosen], blocks.radius[chosen], blocks.mass[chosen], name, digest, len(blocks)
+    )
     return found._replace(position=_apart(found))
 
 
@@ -76,10 +93,16 @@ def fits(x: np.ndarray, r: np.ndarray, container: Container, sizes: Grading) -> 
     return (r >= LEAST * sizes.local(x)) & (x[:, 2] < 0.0) & (container.side_depth(x) >= r) & (below >= r)
 
 
-def worded(placing: Placing, container: Container, sizes: Grading) -> str:
-    """What becomes of the blocks of a target in words, for ``--check``."""
+def fits_body(x: np.ndarray, r: np.ndarray, distance: Distance, mean: float) -> np.ndarray:
+    """Which spheres (n,) at x (n, 3) of radius r (n,) [m] are large enough and lie inside the body."""
+    return np.asarray((r >= LEAST * mean) & (distance.at(x)[0] >= r - solid_packing.PROUD * mean))
+
+
+def worded(placing: Placing, fit: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> str:
+    """What becomes of the blocks of a target in words, for ``--check``; ``fit``: whether spheres at x (n, 3) of radius
+    r (n,) [m] can be grains."""
     r = np.cbrt(0.75 / math.pi * placing.volume)
-    some = fits(placing.centre, r, container, sizes)
+    some = fit(placing.centre, r)
     smallest = f", the smallest of {readable.length(float(r[some].min()))} radius" if some.any() else ""
     return (
         f"of {len(r):,} block{'s' * (len(r) > 1)} {int(some.sum()):,} can be large grains{smallest}: those with "

@@ -47,7 +47,7 @@ class LooseRoundBlocks(LooseBed[Container]):
 
     def between(self, points: np.ndarray, radius: np.ndarray) -> np.ndarray:
         """Which of the grains (n,) lie between the blocks; the others make room for them."""
-        return ~self.blocks.covers(points, block_grains.ALONG * radius)
+        return ~self.blocks.keeps_out(points, radius)
 
     def growth(self, grains: Particles, raised: Container) -> np.ndarray:
         """Factors (n,) on the radii with which the bulk between the blocks is filled as it begins; 1 of blocks."""

@@ -7,6 +7,9 @@ Of the particles of a block (``matter.blocks.block_bodies``), whose mean damage 
 R is the radius of the block's volume at rest. A grain that lies within ``IN_PLACE`` of its radius of the particles'
 centre of mass stays where the bed has it, with its contacts; any other is placed at that centre. The mean damage says
 nothing on pieces: a block of two halves with a crack between them is whole.
+
+A block that leaves for good takes no part in the collapse. Of a whole body that is one above the surface, clear of it:
+ground that flows faster than escape does so in contact with what is about it.
 """
 
 from __future__ import annotations
@@ -17,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from handoff.domains.domain import Domain
+from handoff.domains.whole_body import WholeBody
 from handoff.source import free_flight
 from handoff.source.hydrostatic import Column
 from handoff.transfer import correction
@@ -101,12 +105,15 @@ def found(source: Particles, large: Particles, region: Domain, column: Column) -
     grains["radius"] = _fitted(grains.position, grains.radius, in_place)
     grains["angular_velocity"] = angular / (0.4 * mass * grains.radius**2)[:, None]
     grains["density"] = mass / (4.0 / 3.0 * np.pi * grains.radius**3)
-    beyond = past_edge(grains.position, region) | free_flight.escapes(region, column, grains.position, grains.velocity)
+    x, v = grains.position, grains.velocity
+    beyond = past_edge(x, region) | free_flight.escapes(region, column, x, v)
+    if isinstance(region, WholeBody):
+        beyond &= region.frame.height(x) > grains.radius
     grains["state"] = np.where(beyond, BOOKED, 0)
     grains["headroom"] = np.zeros(len(grains))
-    x, v = grains.position, grains.velocity
-    before = correction.sums(source.mass[mine], position[mine], velocity[mine])
-    after = correction.sums(mass, x, v, grains.radius, grains.angular_velocity)
+    pace = region.pace(position[mine], velocity[mine])
+    before = correction.sums(source.mass[mine], position[mine], velocity[mine], pace=pace)
+    after = correction.sums(mass, x, v, grains.radius, grains.angular_velocity, region.pace(x, v))
     order = np.concatenate([np.flatnonzero(whole), np.flatnonzero(~whole)])
     return WholeBlocks(grains, in_place, mine, before, after, number[~whole], damage[order], {})
 
