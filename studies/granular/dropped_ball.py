@@ -23,10 +23,10 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from dem.beds.bed_domain import Container
 from scipy.optimize import brentq, least_squares
 
 from dem.beds import flat_bed
+from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.settings import Settings
 from dem.contact.columns import RADIUS
