@@ -69,9 +69,9 @@ def test_a_softer_bed_carries_on_with_the_same_forces(settled):
         assert balance(bed) == pytest.approx(kept, rel=1e-13)
         bed.step()
         assert (
-            np.percentile(np.abs(bed.A[:, :3]).max(axis=1), 95) < 0.03
-        )  # of g = 1, on grains that carry up to nine others; 0.0204 on one machine, below 0.02 on others
-        for _ in range(100):
+            np.percentile(np.abs(bed.A[:, :3]).max(axis=1), 95) < 0.02
+        )  # of g = 1, on grains that carry up to nine others
+        for _ in range(400):  # softer springs swing: after 100 steps stiffer ones begin up to 0.0204 out of balance
             bed.step()
     assert bed.softness == pytest.approx(0.6) and bed.dt == pytest.approx(dt / np.sqrt(0.6))
     assert bed.elastic == pytest.approx(load / 0.6, rel=0.02)
