@@ -6,8 +6,8 @@ and gravity.
 Set-up and limits (``CLAIMS``) were committed before the first run; none is fitted to it. A bed of some 17,000 beads in
 a cylinder 5.1 balls wide and 2.1 deep, one a seed; eleven drops. Beds are kept in ``--work``, drops in ``drops.json``,
 so the script goes on with the drop at which it was stopped. It prints the table of verdicts; from the fifth drop on it
-writes ``verdicts.json`` and ``drops.png`` of what is there. ``first.json`` holds the verdicts of the first complete
-run, and is never written again.
+writes ``verdicts.json`` and ``drops.png`` from the drops that are done. ``first.json`` holds the verdicts of the first
+complete run, and is never written again.
 """
 
 from __future__ import annotations

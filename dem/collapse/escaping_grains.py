@@ -50,7 +50,7 @@ def escapes(bed: Assembly) -> np.ndarray:
 
 
 def report(bed: Assembly, shot: Mapping[str, Any] | None, block: np.ndarray | None = None) -> dict[str, Any]:
-    """What stands in the report: mass [kg] and momentum [kg m/s] of what leaves and of what stays, and of the blocks
+    """For the report: mass [kg] and momentum [kg m/s] of what leaves and of what stays, and of the blocks
     (number, mass, momentum) among what leaves where ``block`` (n,) says which grains are some; beta where the start
     says what the projectile brought (``shot``: its momentum and the normal of the site)."""
     away = escapes(bed)
