@@ -181,7 +181,7 @@ class Integrator:
         """Enter the late stage (``sph.stepping.late``) or its next part; ``weight`` (n,) and the energies [J] as
         there."""
         rows = self.materials.rows
-        medium = late.late_medium(rows, sound_speed, self._block_materials)
+        medium = late.late_medium(rows, sound_speed)
         energies = late.switch(self.cloud, rows, medium, weight, self.late_medium)
         self.late_medium = medium
         self.evaluate()
@@ -189,13 +189,7 @@ class Integrator:
 
     def resume_late_stage(self, sound_speed: float) -> None:
         """Take the moduli of the late stage (a resumed run)."""
-        self.late_medium = late.late_medium(self.materials.rows, sound_speed, self._block_materials)
-
-    @property
-    def _block_materials(self) -> np.ndarray:
-        """Rows of the materials of blocks."""
-        mine = self.cloud.block >= 0
-        return np.unique(self.cloud.material[mine] if len(mine) else self.cloud.material[:0])
+        self.late_medium = late.late_medium(self.materials.rows, sound_speed)
 
     def set_viscosity(self, alpha: float, beta: float) -> None:
         """Set the artificial-viscosity coefficients from now on."""

@@ -2,8 +2,8 @@
 
 From the time ``at`` on every material is a linear medium of the sound speed c, in which energy does not count,
 
-    P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K,   E' = E K' / K
-        (K, mu, E: moduli at rest; a softer material keeps its own)
+    P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K
+        (K, mu: moduli at rest; a softer material keeps its own)
 
 Poisson's ratio, strength, friction, flaws, tension cuts and the distention reached stay. rho_r is the particle's own:
 strains last, whatever made them, and so
@@ -16,9 +16,8 @@ they held, ground under gravity does not feel the switch. Material in tension or
 had no pressure. u goes on with the same sums, so that the total energy is kept to rounding across the switch; the
 elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
 
-Flaws open at the strain that a flow makes in softer matter, v / c, though its stress falls by K' / K: a block would
-break in any flow. Those of blocks (``[[target.blocks]]``) therefore go by E: it takes the stress that broke it
-before.
+Flaws go by Young's modulus at rest, sigma_max / E: what pulls in a slow flow is inertia and weight, and rock takes the
+stress that broke it before. By the softer modulus they would open at a strain of some v / c in any flow.
 
 Artificial viscosity acts on a smooth flow with nu = alpha c hbar / 20 (``sph.viscosity``), so that the (2, 10) that a
 shock needs eats a flow of metres a second or less, before the switch above all: with c = 3,145 m/s a crater of 0.5 m
@@ -61,7 +60,6 @@ class Slower(Model):
     """Bulk sound speed from then on."""
 
 
-NO_BLOCKS = np.zeros(0, dtype=np.int64)
 BETA = 10.0
 """Quadratic artificial viscosity of the late stage."""
 
@@ -115,17 +113,14 @@ class LateStageMedium(NamedTuple):
     ratio: np.ndarray
 
 
-def late_medium(rows: Rows, sound_speed: float, blocks: np.ndarray = NO_BLOCKS) -> LateStageMedium:
-    """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus. The
-    flaws of ``blocks``, rows of their materials, see the strain of the modulus at rest."""
+def late_medium(rows: Rows, sound_speed: float) -> LateStageMedium:
+    """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus.
+    ``young``, by which flaws open, stays that at rest."""
     stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
     stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
     ratio = np.minimum(rows.rho0 * sound_speed**2 / stiff, 1.0)
-    young = rows.young * ratio
-    young[blocks] = rows.young[blocks]
     changed = rows._replace(
         shear=rows.shear * ratio,
-        young=young,
         bulk=rows.bulk * ratio,
         crack_speed=rows.crack_speed * np.sqrt(ratio),
     )
