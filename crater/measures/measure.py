@@ -249,7 +249,7 @@ def read_off(
     finder = make_crest_finder(ruler, mean, first.apparent, first.depth)
     base = shape_of(mean, ruler, ground.datum, finder, outermost)
     rng = np.random.default_rng(np.random.SeedSequence(seed))
-    draws = rng.integers(0, cells.shape[1], size=(BOOTSTRAPS, cells.shape[1]))
+    draws = _pairs_of_sectors(rng, cells.shape[1])
     hollow = Hollow(ground, radius, cells, ruler, finder, base, outermost, draws, errors, ellipticity, level)
     notes = {**notes, "by_method": hollow.by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
     notes["by_azimuth"] = forms.by_azimuth(cells, ruler, outermost, base.rim)
@@ -262,6 +262,14 @@ def read_off(
         for row in TABLE
     }
     return Measures(measured, profile, ground.datum, ground, notes)
+
+
+def _pairs_of_sectors(rng: np.random.Generator, sectors: int) -> np.ndarray:
+    """Sectors (trials, sectors) drawn with replacement, two adjacent ones at a time: particles of one reach into the
+    next (heights of neighbours correlate by 0.15 to 0.27 at 12 to 5 particles a radius, of the next but one by none).
+    """
+    first = rng.integers(0, sectors, size=(BOOTSTRAPS, (sectors + 1) // 2))
+    return np.stack([first, (first + 1) % sectors], axis=-1).reshape(BOOTSTRAPS, -1)[:, :sectors]
 
 
 def _round(cells: np.ndarray, ruler: Ruler, apparent: float) -> tuple[np.ndarray, Quantity]:

@@ -12,21 +12,36 @@ from crater.ground.radial_profile import RINGS_SHARE, Relief
 from crater.ground.shape import CrestFinder, Ruler, Shape, shape_of
 from crater.measures import forms
 from crater.measures.blanket import blanket
-from crater.measures.uncertainty import Quantity, by_every_method, deviation, method_error, of_datum, quantity
+from crater.measures.uncertainty import (
+    Quantity,
+    by_every_method,
+    deviation,
+    few_draws,
+    method_error,
+    of_datum,
+    quantity,
+)
 from matter.wording.crater_measures import UNITS
 
-# What the steps from ring means to measures get wrong without any noise, in local spacings: found by passing known
-# profiles through the colour field's rounding and measuring them, 7 to 30 spacings per radius (rms;
-# tests/crater/test_resolution.py). Scatter of particles is not in it. The crest's holds another 0.05: on walls of 45
-# degrees the half level does not follow the linear map, and a sharp crest is found so much inside.
-RESOLUTION_HEIGHT = 0.047
-RESOLUTION_DIAMETER = 0.027
+RESOLUTION_ACROSS = (5.0, 6.0, 7.0, 10.0, 14.0, 20.0, 30.0)
+"""Local spacings per apparent radius at which the four below are known.
+
+What the steps from ring means to measures get wrong without any noise, in local spacings: found by passing known
+profiles through the colour field's rounding and measuring them (rms over six shapes; tests/crater/test_resolution.py).
+Scatter of particles is not in it. Below seven spacings a radius a crest is found too far out.
+"""
+RESOLUTION_HEIGHT = (0.058, 0.061, 0.062, 0.054, 0.037, 0.029, 0.043)
+RESOLUTION_DIAMETER = (0.022, 0.032, 0.036, 0.039, 0.026, 0.011, 0.004)
+RESOLUTION_CREST = (0.303, 0.228, 0.116, 0.062, 0.055, 0.054, 0.097)
 STEEP_WALL = 0.05
-RESOLUTION_CREST = float(np.hypot(0.08, STEEP_WALL))
+"""More of the crest: on walls of 45 degrees the half level does not follow the linear map, and a sharp crest is found
+so much inside."""
+RESOLUTION_VOLUME = (0.0066, 0.0056, 0.0030, 0.0025, 0.0024, 0.0024, 0.0017)
+"""Of the apparent area, times the spacing."""
 RESOLUTION_RIM = 0.1
 """Of what the colour field rounds off the crest and the fit restores: nothing of a crest without a corner."""
-RESOLUTION_VOLUME = 0.0024
-"""Of the apparent area, times the spacing."""
+INDEPENDENT = 2.5
+"""Spacings between heights that do not correlate."""
 RESOLUTION_SLOPE = 2.0
 """Of the slope of the wall [deg]."""
 
@@ -64,17 +79,35 @@ class Hollow:
         """Local spacing at the apparent radius [m]."""
         return float(np.interp(self.base.apparent, self.ruler.s, self.ruler.d))
 
+    def resolved(self, misses: tuple[float, ...]) -> float:
+        """One of the rows ``RESOLUTION_*`` at this crater's spacings per radius, times the spacing [m]."""
+        return self.spacing * float(np.interp(self.base.apparent / self.spacing, RESOLUTION_ACROSS, misses))
+
     @cached_property
     def spread(self) -> dict[str, float]:
-        """Standard deviation of every number of the shape over the bootstrap; the floor's is at least that of its
-        particles."""
+        """Error of every number of the shape by the bootstrap, widened for few independent sectors; the floor's is at
+        least that of its particles."""
         datum = self.ground.datum
         trials = [
             shape_of(self.cells[:, pick].mean(axis=1), self.ruler, datum, self.finder, self.outermost).as_array()
             for pick in self.draws
         ]
-        deviations = dict(zip(Shape.__dataclass_fields__, deviation(np.array(trials))))
-        return {**deviations, "depth": max(deviations["depth"], _floor_noise(self.cells, self.ruler, self.base))}
+        around = 2.0 * np.pi * self.base.apparent / (INDEPENDENT * self.spacing)
+        widened = few_draws(min(float(self.cells.shape[1]), around)) * deviation(
+            np.array(trials), self.base.as_array()
+        )
+        deviations = dict(zip(Shape.__dataclass_fields__, widened))
+        return {**deviations, "depth": max(deviations["depth"], self.floor_errors[0])}
+
+    @cached_property
+    def floor_errors(self) -> tuple[float, float]:
+        """Of noise and of form [m] (``_floor_errors``)."""
+        return _floor_errors(self)
+
+    @cached_property
+    def floor_resolution(self) -> float:
+        """What the depth gets wrong without any noise [m]."""
+        return float(np.hypot(self.resolved(RESOLUTION_HEIGHT), self.floor_errors[1]))
 
     @cached_property
     def shifts(self) -> dict[str, np.ndarray]:
@@ -96,7 +129,8 @@ class Hollow:
         """Exponent and height [m] of the ejecta blanket, and their deviations over the same bootstrap."""
         ruler, rim = self.ruler, self.base.rim
         trials = [blanket(ruler.sharpened(self.cells[:, pick].mean(axis=1)), ruler, rim) for pick in self.draws]
-        return blanket(ruler.sharpened(self.mean), ruler, rim), deviation(np.array(trials))
+        value = blanket(ruler.sharpened(self.mean), ruler, rim)
+        return value, deviation(np.array(trials), np.array(value))
 
     @cached_property
     def crest_resolution(self) -> float:
@@ -130,44 +164,56 @@ def _norm(shifts: np.ndarray) -> float:
     return float(np.sqrt(np.sum(shifts**2, axis=0)))
 
 
-def _floor_noise(cells: np.ndarray, ruler: Ruler, base: Shape) -> float:
-    """Error of the floor [m] where sectors are smaller than particles and say nothing: scatter of outer rings carried
-    over by area.
-
-    var(mean of ring i) = v d^2 / A_i with v from the sectors of the rings between 0.3 and 1 apparent radii, times
-    ``RINGS_SHARE``.
-    """
-    ring = (ruler.s > 0.3 * base.apparent) & (ruler.s < base.apparent)
+def _noise(hollow: Hollow) -> float:
+    """v of var(mean height of ring i) = v d^2 / A_i, from the sectors of the rings between 0.3 and 1 apparent radii;
+    NaN where they are fewer than two."""
+    ruler, cells, apparent = hollow.ruler, hollow.cells, hollow.base.apparent
+    ring = (ruler.s > 0.3 * apparent) & (ruler.s < apparent)
     if ring.sum() < 2:
-        return 0.0
+        return float("nan")
     detrended = cells - cells.mean(axis=1, keepdims=True)
     scatter = (1.4826 * np.median(np.abs(detrended), axis=1)) ** 2 / cells.shape[1]
-    v = float(np.median((scatter * ruler.area / ruler.d**2)[ring]))
-    seen = ruler.broad @ cells.mean(axis=1)
-    floor = int(np.argmin(np.where((ruler.s < base.apparent) & np.isfinite(seen), seen, np.inf)))
-    return float(np.sqrt(RINGS_SHARE * v * np.nansum(ruler.broad[floor] ** 2 * ruler.d**2 / ruler.area)))
+    return RINGS_SHARE * float(np.median((scatter * ruler.area / ruler.d**2)[ring]))
+
+
+def _floor_errors(hollow: Hollow) -> tuple[float, float]:
+    """Two errors of the floor [m]: of noise, where sectors are smaller than particles and say nothing (scatter of
+    outer rings carried over by area), and of its form: what the broad regression misses there of the fine one, over
+    the noise of that. A flat floor with a steep wall is no parabola.
+    """
+    ruler, v = hollow.ruler, _noise(hollow)
+    seen = ruler.broad @ hollow.mean
+    floor = int(np.argmin(np.where((ruler.s < hollow.base.apparent) & np.isfinite(seen), seen, np.inf)))
+    if not np.isfinite(v) or not np.isfinite(seen[floor]):
+        return 0.0, 0.0
+    broad, fine = (v * np.nansum(rows[floor] ** 2 * ruler.d**2 / ruler.area) for rows in (ruler.broad, ruler.fine))
+    sharp = ruler.sharpened(hollow.mean)
+    missed = float(ruler.fine[floor] @ sharp - ruler.broad[floor] @ sharp)
+    return float(np.sqrt(broad)), float(np.sqrt(max(0.0, missed**2 - fine)))
 
 
 def diameter_rim_m(hollow: Hollow) -> Quantity:
     """Twice the distance of the crest."""
-    return hollow.size("diameter_rim_m", "rim", RESOLUTION_CREST * hollow.spacing)
+    return hollow.size(
+        "diameter_rim_m", "rim", np.hypot(hollow.resolved(RESOLUTION_CREST), STEEP_WALL * hollow.spacing)
+    )
 
 
 def diameter_apparent_m(hollow: Hollow) -> Quantity:
     """Twice the distance at which the wall meets the datum."""
-    return hollow.size("diameter_apparent_m", "apparent", RESOLUTION_DIAMETER * hollow.spacing)
+    return hollow.size("diameter_apparent_m", "apparent", hollow.resolved(RESOLUTION_DIAMETER))
 
 
 def depth_m(hollow: Hollow) -> Quantity:
     """Datum to floor."""
-    return hollow.size("depth_m", "depth", RESOLUTION_HEIGHT * hollow.spacing)
+    return hollow.size("depth_m", "depth", hollow.floor_resolution)
 
 
 def depth_rim_to_floor_m(hollow: Hollow) -> Quantity:
     """Crest to floor; where the datum is off, both ends move with it."""
     spread, shifts = hollow.spread, hollow.shifts
     azimuth = np.hypot(spread["depth"], spread["rim_height"])
-    resolution = np.hypot(RESOLUTION_HEIGHT * hollow.spacing, hollow.crest_resolution)
+    resolution = np.hypot(hollow.floor_resolution, hollow.crest_resolution)
     value = hollow.base.sizes()["depth_rim_to_floor_m"]
     return hollow.stated(
         "depth_rim_to_floor_m", value, azimuth, resolution, _norm(shifts["depth"] + shifts["rim_height"])
@@ -181,7 +227,7 @@ def rim_height_m(hollow: Hollow) -> Quantity:
 
 def volume_m3(hollow: Hollow) -> Quantity:
     """Between datum and ground inside the apparent diameter."""
-    return hollow.size("volume_m3", "volume", RESOLUTION_VOLUME * hollow.spacing * (np.pi * hollow.base.apparent**2))
+    return hollow.size("volume_m3", "volume", hollow.resolved(RESOLUTION_VOLUME) * (np.pi * hollow.base.apparent**2))
 
 
 def depth_over_diameter(hollow: Hollow) -> Quantity:
@@ -215,7 +261,7 @@ def central_peak_m(hollow: Hollow) -> Quantity:
     height = hollow.base.peak_height
     if height > 3.0 * (depth_m(hollow).sigma or 0.0) and height > 0.5 * hollow.spacing:
         return quantity(
-            height, {"azimuth": hollow.spread["peak_height"], "resolution": RESOLUTION_HEIGHT * hollow.spacing}, "m"
+            height, {"azimuth": hollow.spread["peak_height"], "resolution": hollow.resolved(RESOLUTION_HEIGHT)}, "m"
         )
     return Quantity(None, None, "m", "no peak above the noise of the floor")
 

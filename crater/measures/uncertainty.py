@@ -1,7 +1,7 @@
 """The errors of a crater's measures, each counted once, in quadrature.
 
-``azimuth``     what the particles scatter: bootstrap over sectors; for the floor, where sectors are smaller than
-                particles, carried over from outer rings,
+``azimuth``     what the particles scatter: bootstrap over pairs of adjacent sectors, which see the same particles; for
+                the floor, where sectors are smaller than particles, carried over from outer rings,
 ``resolution``  what the steps from heights to measures get wrong even without noise,
 ``datum``       the ways in which the datum may be off, passed through the same measuring: depth, diameter and volume
                 err together,
@@ -14,6 +14,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy import stats
 
 from crater.ground import far_field
 from crater.ground.datum import Datum
@@ -56,14 +57,20 @@ def of_datum(
     return np.array(shapes).reshape(len(errors), len(Shape.__dataclass_fields__))
 
 
-def deviation(trials: np.ndarray) -> np.ndarray:
-    """Standard deviation of each column over the trials in which it exists; NaN where it exists in fewer than half of
-    them."""
+def deviation(trials: np.ndarray, base: np.ndarray) -> np.ndarray:
+    """Root mean square of each column of ``trials`` about ``base``, over the trials in which it exists: scatter and
+    the bias that noise gives to whatever picks an extreme. NaN where it exists in fewer than half of them."""
     number = np.isfinite(trials).sum(axis=0)
     with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.nansum(trials, axis=0) / number
-        deviation = np.sqrt(np.nansum((trials - mean) ** 2, axis=0) / number)
+        deviation = np.sqrt(np.nansum((trials - base) ** 2, axis=0) / number)
     return np.where(2 * number >= len(trials), deviation, np.nan)
+
+
+def few_draws(number: float) -> float:
+    """Factor that makes a deviation over ``number`` independent parts an error whose 1.96-fold holds 95 %: sqrt(n / (n
+    - 1)), because the parts give their own mean, and Student's t of n - 1, because they give their own deviation."""
+    n = max(number, 3.0)
+    return float(np.sqrt(n / (n - 1.0)) * stats.t.ppf(0.975, n - 1.0) / 1.96)
 
 
 def by_every_method(
