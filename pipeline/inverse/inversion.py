@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -35,16 +36,22 @@ _MEASURES = {one.name: one for one in (*body_measures.TABLE, *crater_measures.TA
 
 @dataclass(frozen=True)
 class Inversion:
-    """What was observed held against what the members came to; ``folder``: where its files are written."""
+    """What was observed held against what the members came to; ``name`` of the case, the ``command`` that makes it
+    again, the tables ``[inverse]`` and ``[sweep]``; ``noise``: scatter of ln of a measure by other random draws;
+    ``folder``: where its files are written."""
 
-    case: Case
+    name: str
+    command: str
     table: InverseTable
+    sweep: Mapping[str, Any]
     priors: Mapping[str, Prior]
     design: Design
     observed: Sequence[Observed]
     noise: Mapping[str, float]
     folder: Path
     seed: int
+    kernels: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
+    """Of emulators that were fitted before."""
     _made: dict[str, Emulator] = field(default_factory=dict, repr=False)
 
     def emulator(self, measure: str) -> Emulator:
@@ -53,18 +60,14 @@ class Inversion:
             value, sigma = self.design.columns[measure]
             there = self.design.members_with(measure)
             noise = (sigma[there] / value[there]) ** 2 + self.noise.get(measure, 0.0) ** 2
-            x = self._coordinates(self.design.theta[there])
-            self._made[measure] = Emulator(x, np.log(value[there]), noise, self.seed)
+            x = posteriors.all_coordinates(self.priors, self.design.theta[there])
+            self._made[measure] = Emulator(x, np.log(value[there]), noise, self.seed, self.kernels.get(measure))
         return self._made[measure]
-
-    def _coordinates(self, theta: np.ndarray) -> np.ndarray:
-        columns = [posteriors.coordinate(prior, theta[:, k]) for k, prior in enumerate(self.priors.values())]
-        return np.stack(columns, axis=1)
 
     def predict(self, theta: np.ndarray, measures: Sequence[str] | None = None) -> tuple[np.ndarray, np.ndarray]:
         """Mean and standard deviation (n, m) of ln of the ``measures`` (by default those observed) at the parameters
         ``theta`` (n, d) [SI]."""
-        x = self._coordinates(theta)
+        x = posteriors.all_coordinates(self.priors, theta)
         names = [one.name for one in self.observed] if measures is None else measures
         mean, sd = zip(*(self.emulator(name).predict(x) for name in names))
         return np.stack(mean, axis=1), np.stack(sd, axis=1)
@@ -79,17 +82,30 @@ class Inversion:
         """What the data say of each parameter."""
         return posteriors.told(self.priors, self.posterior)
 
-    def predicted(self, measure: str, count: int = 4000) -> np.ndarray:
-        """Draws (count,) [SI] of a measure by the posterior, the scatter of emulator and chain in them, the
-        discrepancy not. Raises ``InputError`` where no member has it."""
+    def known(self, measure: str) -> str:
+        """The name of a measure among the columns of the members. Raises ``InputError`` where too few have it."""
         name = measure.removeprefix(FINAL)
         if name not in self.design.columns or self.design.members_with(name).sum() < designs.LEAST_EACH:
             known = list(self.design.columns)
             raise InputError(f"no members with a {measure!r} to predict it by{nearest(name, known)}")
+        return name
+
+    def predicted(self, measure: str, count: int = 4000) -> np.ndarray:
+        """Draws (count,) [SI] of a measure by the posterior, the scatter of emulator and chain in them, the
+        discrepancy not. Raises ``InputError`` where no member has it."""
+        name = self.known(measure)
         mean, sd = self.predict(self.posterior.drawn(count, self.seed), [name])
         chain = next((one.chain for one in self.observed if one.name == name), 0.0)
         scatter = np.random.default_rng(self.seed).standard_normal(count)
         return np.asarray(np.exp(mean[:, 0] + np.hypot(sd[:, 0], chain) * scatter))
+
+
+def _command(case: Case, model: str) -> str:
+    """What makes the inversion of a case again."""
+    named = [part for option, value in (("--preset", case.preset), ("--size", case.size)) if value
+             for part in (option, value)]  # fmt: skip
+    changed = [part for text in case.overrides for part in ("--set", text)]
+    return shlex.join(["run_case", str(case.file), *named, *changed, "--set", f'inverse.model="{model}"', "--invert"])
 
 
 def of_case(case: Case, out: Path) -> Inversion:
@@ -103,20 +119,32 @@ def of_case(case: Case, out: Path) -> Inversion:
         raise InputError(f'--invert takes its priors from [sweep] kind = "prior", and {case.file} has {found}')
     emulator.require()
     content = sweeps.read_table(case.sweep, ())
-    if unordered := [name for name, prior in content.prior.items() if prior.distribution == "choices"]:
-        raise InputError(f'[sweep.prior] {unordered[0]}: "choices" have no order, and --invert needs one: fix it')
     observed = [_observed(name, entry, case.file.parent) for name, entry in table.observed.items()]
+    for name in table.discrepancy:
+        if name not in table.observed:
+            raise InputError(f"[inverse] discrepancy: {name} is not observed{nearest(name, list(table.observed))}")
     sweep = sweeps.planned_sweep(case, content, out)
     made = designs.of_sweep(sweep, content.prior, table)
-    designs.check(made, table, out)
+    designs.check(made, table, content.prior, out)
     full, noise = [], {}
-    for name, unit, value, sigma in observed:
+    for name, unit, value, minus, plus in observed:
         chain, noise[name] = designs.chain(sweep, table.model, name)
         scale = table.scale(next(key for key in table.observed if key.removeprefix(FINAL) == name))
-        full.append(Observed(name, unit, value, sigma, chain, scale))
+        full.append(Observed(name, unit, value, minus, plus, chain, scale))
     told = json.dumps([table.model_dump(mode="json"), case.sweep, case.preset, case.size, case.overrides], default=str)
     folder = out / f"{case.name}-inverse-{hashlib.sha256(told.encode()).hexdigest()[:8]}"
-    return Inversion(case, table, content.prior, made, full, noise, folder, content.seed)
+    return Inversion(
+        case.name,
+        _command(case, table.model),
+        table,
+        case.sweep,
+        content.prior,
+        made,
+        full,
+        noise,
+        folder,
+        content.seed,
+    )
 
 
 def read_table(content: Any) -> InverseTable:
@@ -143,31 +171,32 @@ def words_of(measure: str) -> str:
     return f"{crater.replace('_', ' ')} {words}".strip()
 
 
-def _observed(key: str, entry: Any, folder: Path) -> tuple[str, str, float, float]:
-    """Name, unit, value and standard error [SI] of what was observed."""
+def _observed(key: str, entry: Any, folder: Path) -> tuple[str, str, float, float, float]:
+    """Name, unit, value and standard errors below and above it [SI] of what was observed."""
     name = key.removeprefix(FINAL)
     if name.rpartition("/")[2] not in _MEASURES:
         raise InputError(f"[inverse] observed: no measure {name!r}{nearest(name, list(_MEASURES))}")
     unit = unit_of(name)
     if isinstance(entry, str):
-        value, sigma = _of_crater(name.rpartition("/")[2], entry, folder)
+        value, minus, plus = _of_crater(name.rpartition("/")[2], entry, folder)
     else:
-        value, sigma = (_amount(key, one, unit) for one in entry)
-    if not sigma > 0.0:
-        raise InputError(f"[inverse] observed {key}: its standard error must be greater than 0 (given: {sigma:g})")
+        value, minus, *rest = (_amount(key, one, unit) for one in entry)
+        plus = rest[0] if rest else minus
+    for error in (minus, plus):
+        if not error > 0.0:
+            raise InputError(f"[inverse] observed {key}: its standard error must be greater than 0 (given: {error:g})")
     if not value > 0.0:
         raise InputError(f"[inverse] observed {key}: logarithms are compared, so it must be greater than 0")
-    return name, unit, value, sigma
+    return name, unit, value, minus, plus
 
 
-def _of_crater(measure: str, crater: str, folder: Path) -> tuple[float, float]:
-    """Value and error of a measure of a crater of the catalogue, or of a file of the same form."""
+def _of_crater(measure: str, crater: str, folder: Path) -> tuple[float, float, float]:
+    """Value and errors of a measure of a crater of the catalogue, or of a file of the same form."""
     own = folder / crater
     found = observations.read(own) if crater.endswith(".toml") and own.is_file() else observations.load(crater)
     if measure not in found.values:
         raise InputError(f"[inverse] observed: {crater} has no {measure} (it has {', '.join(found.values)})")
-    value, minus, plus = found.values[measure]
-    return value, 0.5 * (minus + plus)
+    return found.values[measure]
 
 
 def _amount(key: str, given: Any, unit: str) -> float:

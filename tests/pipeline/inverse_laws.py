@@ -34,4 +34,4 @@ def exactly(theta):
 
 
 def observed(value=14.5, sigma=0.8, chain=0.6 / 14.5, discrepancy=0.0):
-    return [Observed("diameter_apparent_m", "m", value, sigma, chain, discrepancy)]
+    return [Observed("diameter_apparent_m", "m", value, sigma, sigma, chain, discrepancy)]

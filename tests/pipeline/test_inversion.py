@@ -32,9 +32,9 @@ def linear_problem(size):
     rng = np.random.default_rng(4)
     mean, sd = 1.0 + rng.uniform(1.0, 2.0, size), rng.uniform(0.2, 0.6, size)
     slope, level = rng.uniform(0.3, 1.0, (2, size)), np.array([0.3, -0.2])
-    observed = [Observed("a", "m", 30.0, 3.0, 0.05, 0.0), Observed("b", "m", 20.0, 1.0, 0.2, 0.0)]
+    observed = [Observed("a", "m", 30.0, 3.0, 3.0, 0.05, 0.0), Observed("b", "m", 20.0, 1.0, 1.0, 0.2, 0.0)]
     model_sd = np.array([0.1, 0.05])
-    precision = 1.0 / np.array([(o.sigma / o.value) ** 2 + o.chain**2 + s**2 for o, s in zip(observed, model_sd)])
+    precision = 1.0 / np.array([o.error**2 + o.chain**2 + s**2 for o, s in zip(observed, model_sd)])
     covariance = np.linalg.inv(np.diag(sd**-2.0) + slope.T @ (precision[:, None] * slope))
     data = np.log([o.value for o in observed]) - level
     exact = covariance @ (mean / sd**2 + slope.T @ (precision * data))
@@ -73,11 +73,54 @@ def test_the_evidence_is_the_integral_of_the_likelihood():
 
 
 def test_the_discrepancy_is_integrated_over_its_half_normal_prior():
-    observed = [Observed("a", "m", 2.0, 0.1, 0.0, 0.2)]
+    observed = [Observed("a", "m", 2.0, 0.1, 0.1, 0.0, 0.2)]
     tau = np.abs(np.random.default_rng(1).standard_normal(400_000)) * 0.2
     wanted = np.mean(stats.norm.pdf(np.log(2.0), 0.5, np.sqrt(0.05**2 + tau**2)))
     found = posterior.log_likelihood(observed, np.array([[0.5]]), np.zeros((1, 1)))
     assert np.exp(found[0]) == pytest.approx(wanted, rel=0.01)
+
+
+@pytest.mark.parametrize("away", [-0.3, -0.02, 0.0, 0.05, 0.4])
+@pytest.mark.parametrize(
+    "minus, plus, others", [(0.05, 0.2, 0.03), (0.2, 0.05, 0.1), (0.1, 0.1, 0.05), (0.05, 0.2, 0.0)]
+)
+def test_unequal_errors_are_a_split_normal_distribution(away, minus, plus, others):
+    """Against the integral over the truth; where nothing else is uncertain, the density itself."""
+
+    def density(truth):
+        side = plus if truth > 0.0 else minus
+        return 2.0 / (minus + plus) / np.sqrt(2.0 * np.pi) * np.exp(-0.5 * (truth / side) ** 2)
+
+    observed = [Observed("a", "m", 2.0, 2.0 * minus, 2.0 * plus, others, 0.0)]
+    found = np.exp(posterior.log_likelihood(observed, np.array([[np.log(2.0) + away]]), np.zeros((1, 1))))[0]
+    truth = np.linspace(-2.0, 2.0, 400_001)
+    weight = stats.norm.pdf(truth, away, others) if others else None
+    wanted = density(away) if weight is None else np.trapezoid(np.vectorize(density)(truth) * weight, truth)
+    assert found == pytest.approx(wanted, rel=1e-5)
+
+
+@pytest.mark.parametrize("size", [1, 4])
+def test_one_of_several_values_has_the_chance_of_bayes_theorem(size):
+    """Three kinds of ground with another size each, and parameters that only scatter it: by importance and by
+    walkers."""
+    level, scatter, error = np.array([0.0, 0.3, 0.5]), 0.1, 0.1
+    priors = {"ground": Prior(distribution="choices", values=("sand", "clay", "rock"))}
+    priors |= {f"p{k}": normal(0.0, 1.0) for k in range(size)}
+
+    def predict(theta):
+        return (level[theta[:, 0].astype(int)] + scatter * theta[:, 1:].sum(axis=1))[:, None], np.zeros(
+            (len(theta), 1)
+        )
+
+    size_seen = np.exp(0.22)
+    observed = [Observed("a", "m", size_seen, error * size_seen, error * size_seen, 0.0, 0.0)]
+    found = posterior.sampled(priors, predict, observed)
+    assert found.sampler == ("emcee" if size == 4 else "importance sampling")
+    likely = stats.norm.pdf(0.22, level, np.sqrt(size * scatter**2 + error**2))
+    told = posterior.told(priors, found)["ground"]
+    assert told.chances == pytest.approx(likely / likely.sum(), abs=0.005 if size == 1 else 0.03)
+    assert told.width == pytest.approx(np.sqrt((1.0 - np.sum(np.square(told.chances))) / (2.0 / 3.0)), rel=1e-3)
+    assert np.isnan(told.mean)
 
 
 def calibration(mean, sd, theta):
@@ -88,7 +131,7 @@ def calibration(mean, sd, theta):
     tau = DISCREPANCY * np.abs(rng.standard_normal(DRAWS))
     error = np.sqrt((0.8 / 14.5) ** 2 + (0.6 / 14.5) ** 2 + tau**2) * rng.standard_normal(DRAWS)
     ranks, widths = [], []
-    inner = np.stack([posterior.coordinate(prior, theta[:, k]) for k, prior in enumerate(law.PRIORS.values())], axis=1)
+    inner = coordinates(theta)
     for truth, size in zip(truths, np.exp(law.log_diameter(truths) + error)):
         observed = law.observed(size, 0.8 / 14.5 * size, 0.6 / 14.5, DISCREPANCY)
         weight = posterior.weighted(tuple(law.PRIORS), theta, posterior.log_likelihood(observed, mean, sd)).weight
@@ -127,7 +170,7 @@ def emulated(seed, noise=0.0, runs=RUNS):
 
 
 def coordinates(theta):
-    return np.stack([posterior.coordinate(prior, theta[:, k]) for k, prior in enumerate(law.PRIORS.values())], axis=1)
+    return posterior.all_coordinates(law.PRIORS, theta)
 
 
 @pytest.mark.parametrize("noise", [0.0, pytest.param(0.04, marks=pytest.mark.validation)])
