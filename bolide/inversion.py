@@ -47,6 +47,28 @@ class Posterior:
         drawn.attrs["unit"] = unit_of(measure)
         return drawn
 
+    def gains(self, error: float = 0.1) -> pandas.DataFrame:
+        """How much narrower the posterior would be with a further measure: a row for each that the members have, its
+        ``error`` as a fraction (of one that is observed already, half its error), and the expected width of each
+        parameter over that of now. Raises ``InputError``."""
+        import pandas
+
+        from pipeline.inverse import expected_gain
+
+        rows = [{"measure": one.measure, "error": one.error, **one.widths} for one in
+                expected_gain.of_every(self._found, error)]  # fmt: skip
+        return pandas.DataFrame(rows).set_index("measure")
+
+    @property
+    def directions(self) -> pandas.DataFrame:
+        """Which directions of the priors the data can tell apart: singular value of the measures' slopes over their
+        errors, width over the prior's along it, and the weight of each parameter."""
+        import pandas
+
+        made = self._found.directions
+        table = pandas.DataFrame({"singular_value": made.singular, "width": made.widths})
+        return table.join(pandas.DataFrame(made.vectors.T, columns=list(made.names)))
+
     def corner(self) -> Figure:
         """The corner plot, the prior in grey."""
         from matter.wording import drawing

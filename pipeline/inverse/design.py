@@ -75,9 +75,14 @@ def _by_laws(sweep: Sweep) -> tuple[dict[str, Any], list[Any]]:
     return {scaling_members.MEASURE: (np.array(sizes), np.zeros(len(sizes)))}, []
 
 
+def has_table(sweep: Sweep) -> bool:
+    """Whether a sweep has a table of what its members came to."""
+    return (sweep.folder / sweep_table.CSV).is_file()
+
+
 def _by_runs(sweep: Sweep) -> tuple[dict[str, Any], list[Any]]:
     file = sweep.folder / sweep_table.CSV
-    if not file.is_file():
+    if not has_table(sweep):
         raise InputError(
             f"no table of the sweep at {file}: run_case {sweep.where} --sweep makes it (--set "
             f'inverse.model="pi_scaling" asks scaling laws instead)'

@@ -5,7 +5,8 @@
     measures/NAME/sigma   (n,)       its standard error [SI]
     kernels/NAME          (d + 3,)   what was fitted of an emulator (``pipeline.inverse.emulator``)
 
-What was asked of them and what came out stands beside it in ``inverse.toml``.
+Attributes: ``seed``; ``chain NAME`` and ``draws NAME``, the chain error of ln of a measure and the part of it that
+other random draws make. What was asked of them and what came out stands beside it in ``inverse.toml``.
 """
 
 from __future__ import annotations
@@ -41,11 +42,9 @@ def write(found: Inversion) -> None:
         made[f"kernels/{one.name}"] = (
             found.emulator(one.name).kernel, "1", "ln of variance, lengths, scale of the slope and nugget"
         )  # fmt: skip
-    archive.write(found.folder / FILE, made, {"seed": found.seed, **_scatter(found)})
-
-
-def _scatter(found: Inversion) -> dict[str, float]:
-    return {f"scatter {name}": scatter for name, scatter in found.noise.items()}
+    errors = {f"{kind} {name}": value for kind, of in (("chain", found.chains), ("draws", found.noise))
+              for name, value in of.items()}  # fmt: skip
+    archive.write(found.folder / FILE, made, {"seed": found.seed, **errors})
 
 
 def table(found: Inversion) -> dict[str, Any]:
@@ -77,12 +76,12 @@ def read(folder: Path) -> Inversion:
             for one in told["observed"]
         ]  # fmt: skip
         kernels = {one.name: arrays[f"kernels/{one.name}"] for one in observed}
-        noise = {one.name: float(attributes[f"scatter {one.name}"]) for one in observed}
+        chains, noise = ({name: float(attributes[f"{kind} {name}"]) for name in names} for kind in ("chain", "draws"))
         failed = [(str(member), str(reason)) for member, reason in told[_FAILED]]
         design = Design(tuple(priors), tuple(map(unit_of, priors.values())), theta, columns, failed)  # type: ignore[arg-type]
         return Inversion(
-            told["name"], told[_COMMAND], read_table(told["inverse"]), told["sweep"], priors, design, observed, noise,
-            folder, int(attributes["seed"]), kernels,
+            told["name"], told[_COMMAND], read_table(told["inverse"]), told["sweep"], priors, design, observed, chains,
+            noise, folder, int(attributes["seed"]), kernels,
         )  # fmt: skip
     except (KeyError, TypeError, ValueError) as reason:
         raise InputError(f"{folder}: {TABLE} and {FILE} are not those of one inversion: {reason!r}") from None

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from pydantic import ValidationError
@@ -24,12 +24,14 @@ from pipeline.case.prior_table import Prior
 from pipeline.case.read import Case
 from pipeline.case.stages import nearest
 from pipeline.inverse import design as designs
-from pipeline.inverse import emulator
+from pipeline.inverse import directions, emulator
 from pipeline.inverse import posterior as posteriors
 from pipeline.inverse.design import FINAL, Design
+from pipeline.inverse.directions import Directions
 from pipeline.inverse.emulator import Emulator
 from pipeline.inverse.posterior import Observed, Posterior, Told
 from pipeline.sweeps import sweep as sweeps
+from pipeline.sweeps.sweep import Sweep
 
 _MEASURES = {one.name: one for one in (*body_measures.TABLE, *crater_measures.TABLE)}
 
@@ -37,8 +39,8 @@ _MEASURES = {one.name: one for one in (*body_measures.TABLE, *crater_measures.TA
 @dataclass(frozen=True)
 class Inversion:
     """What was observed held against what the members came to; ``name`` of the case, the ``command`` that makes it
-    again, the tables ``[inverse]`` and ``[sweep]``; ``noise``: scatter of ln of a measure by other random draws;
-    ``folder``: where its files are written."""
+    again, the tables ``[inverse]`` and ``[sweep]``; ``chains``: chain error of ln of each measure; ``noise``: the part
+    of it that other random draws make; ``folder``: where its files are written."""
 
     name: str
     command: str
@@ -47,6 +49,7 @@ class Inversion:
     priors: Mapping[str, Prior]
     design: Design
     observed: Sequence[Observed]
+    chains: Mapping[str, float]
     noise: Mapping[str, float]
     folder: Path
     seed: int
@@ -78,6 +81,11 @@ class Inversion:
         return posteriors.sampled(self.priors, self.predict, self.observed, self.seed)
 
     @cached_property
+    def directions(self) -> Directions:
+        """Which directions of the priors the data can tell apart."""
+        return directions.told_apart(self.priors, self.predict, self.observed, self.seed)
+
+    @cached_property
     def told(self) -> dict[str, Told]:
         """What the data say of each parameter."""
         return posteriors.told(self.priors, self.posterior)
@@ -95,9 +103,8 @@ class Inversion:
         discrepancy not. Raises ``InputError`` where no member has it."""
         name = self.known(measure)
         mean, sd = self.predict(self.posterior.drawn(count, self.seed), [name])
-        chain = next((one.chain for one in self.observed if one.name == name), 0.0)
         scatter = np.random.default_rng(self.seed).standard_normal(count)
-        return np.asarray(np.exp(mean[:, 0] + np.hypot(sd[:, 0], chain) * scatter))
+        return np.asarray(np.exp(mean[:, 0] + np.hypot(sd[:, 0], self.chains.get(name, 0.0)) * scatter))
 
 
 def _command(case: Case, model: str) -> str:
@@ -110,6 +117,46 @@ def _command(case: Case, model: str) -> str:
 
 def of_case(case: Case, out: Path) -> Inversion:
     """The inversion that a case asks for, or a file with ``[sweep]`` and ``[inverse]``. Raises ``InputError``."""
+    asked = _asked(case)
+    sweep = sweeps.planned_sweep(case, asked.content, out)
+    made = designs.of_sweep(sweep, asked.content.prior, asked.table)
+    designs.check(made, asked.table, asked.content.prior, out)
+    return _held(case, asked, sweep, made, asked.observed, out)
+
+
+def planned(case: Case, out: Path) -> tuple[Inversion | None, list[str]]:
+    """The inversion by what is there before the sweep is finished, which says what the data can tell: its members, or
+    scaling laws where those are too few for a slope by each parameter; None where the laws give nothing that was
+    observed. With it, what it stands on, a sentence each. Raises ``InputError``."""
+    asked = _asked(case)
+    sweep = sweeps.planned_sweep(case, asked.content, out)
+    priors, names = asked.content.prior, [one[0] for one in asked.observed]
+    if asked.table.model == "pi_scaling":
+        made = designs.of_sweep(sweep, priors, asked.table)
+        designs.check(made, asked.table, priors, out)
+        return _held(case, asked, sweep, made, asked.observed, out), ["By scaling laws, no runs: seconds."]
+    there = designs.of_sweep(sweep, priors, asked.table) if designs.has_table(sweep) else None
+    done = min((int(there.members_with(name).sum()) if name in there.columns else 0 for name in names)
+               if there else (0,))  # fmt: skip
+    stands = [f"{done} of {len(sweep.members)} members are done: run_case {case.file} --sweep --check says what the "
+              f"others cost."]  # fmt: skip
+    if there and done >= len(priors) + 2:
+        return _held(case, asked, sweep, there, asked.observed, out), [*stands, f"By {done} members."]
+    laws = designs.of_sweep(sweep, priors, asked.table.model_copy(update={"model": "pi_scaling"}))
+    given = [one for one in asked.observed if one[0] in laws.columns]
+    if unknown := [name for name in names if name not in laws.columns]:
+        stands.append(f"Scaling laws do not give {', '.join(unknown)}, left out here.")
+    return (_held(case, asked, sweep, laws, given, out) if given else None), [*stands, "By scaling laws."]
+
+
+class _Asked(NamedTuple):
+    table: InverseTable
+    content: Any
+    observed: list[tuple[str, str, float, float, float]]
+
+
+def _asked(case: Case) -> _Asked:
+    """What a case asks for: its tables, and what was observed."""
     if not case.inverse:
         raise InputError(f"--invert goes with [inverse], and {case.file} has none (run_case --describe inverse)")
     table = read_table(case.inverse)
@@ -123,27 +170,21 @@ def of_case(case: Case, out: Path) -> Inversion:
     for name in table.discrepancy:
         if name not in table.observed:
             raise InputError(f"[inverse] discrepancy: {name} is not observed{nearest(name, list(table.observed))}")
-    sweep = sweeps.planned_sweep(case, content, out)
-    made = designs.of_sweep(sweep, content.prior, table)
-    designs.check(made, table, content.prior, out)
-    full, noise = [], {}
-    for name, unit, value, minus, plus in observed:
-        chain, noise[name] = designs.chain(sweep, table.model, name)
-        scale = table.scale(next(key for key in table.observed if key.removeprefix(FINAL) == name))
-        full.append(Observed(name, unit, value, minus, plus, chain, scale))
+    return _Asked(table, content, observed)
+
+
+def _held(case: Case, asked: _Asked, sweep: Sweep, made: Design, observed: Sequence[Any], out: Path) -> Inversion:
+    """What was ``observed`` held against the design ``made``."""
+    table, content = asked.table, asked.content
+    errors = {name: designs.chain(sweep, table.model, name) for name in made.columns}
+    chains, noise = ({name: both[k] for name, both in errors.items()} for k in (0, 1))
+    key = {name.removeprefix(FINAL): name for name in table.observed}
+    full = [Observed(*one, chains[one[0]], table.scale(key[one[0]])) for one in observed]
     told = json.dumps([table.model_dump(mode="json"), case.sweep, case.preset, case.size, case.overrides], default=str)
     folder = out / f"{case.name}-inverse-{hashlib.sha256(told.encode()).hexdigest()[:8]}"
+    words = _command(case, table.model)
     return Inversion(
-        case.name,
-        _command(case, table.model),
-        table,
-        case.sweep,
-        content.prior,
-        made,
-        full,
-        noise,
-        folder,
-        content.seed,
+        case.name, words, table, case.sweep, content.prior, made, full, chains, noise, folder, content.seed
     )
 
 
@@ -162,6 +203,12 @@ def unit_of(measure: str) -> str:
     """The SI unit of a measure; empty for one that is not known."""
     found = _MEASURES.get(measure.rpartition("/")[2])
     return found.unit if found else ""
+
+
+def noun_of(measure: str) -> str:
+    """A measure in a sentence: "apparent diameter"."""
+    found = _MEASURES.get(measure.rpartition("/")[2])
+    return found.noun if isinstance(found, crater_measures.Measure) else words_of(measure)
 
 
 def words_of(measure: str) -> str:

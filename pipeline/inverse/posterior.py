@@ -210,11 +210,10 @@ def _by_emcee(priors: Mapping[str, Prior], predict: Predict, observed: Sequence[
 
 def told(priors: Mapping[str, Prior], found: Posterior) -> dict[str, Told]:
     """What the posterior says of each parameter."""
-    before = prior_draws(priors, FIRST, 1)
     answer = {}
     for k, (name, prior) in enumerate(priors.items()):
         values = found.theta[:, k]
-        width = float(spread(prior, values, found.weight) / spread(prior, before[:, k]))
+        width = float(spread(prior, values, found.weight)) / prior_spread(prior)
         if prior.values:
             chances = found.weight @ coordinates(prior, values)
             none = np.full(len(LEVELS), np.nan)
@@ -234,6 +233,11 @@ def spread(prior: Prior, values: np.ndarray, weight: np.ndarray | None = None) -
     inner = inner - inner.mean(axis=0)
     variance = np.sum(held @ inner**2 - (held @ inner) ** 2, axis=-1)
     return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def prior_spread(prior: Prior) -> float:
+    """``spread`` of a prior: of its values at even fractions."""
+    return float(spread(prior, draws.quantile(prior, (np.arange(FIRST) + 0.5) / FIRST)))
 
 
 def _bound(prior: Prior, found: Posterior, k: int) -> str:

@@ -12,23 +12,26 @@ import tomlkit
 
 from matter.files import archive
 from matter.wording import drawing, page, readable
-from pipeline.inverse import corner_picture, emulator_file, posterior, verdict
+from pipeline.inverse import corner_picture, emulator_file, expected_gain, posterior, verdict
+from pipeline.inverse.expected_gain import Gain
 from pipeline.inverse.inversion import Inversion, words_of
 from pipeline.inverse.posterior import LEVELS, Observed, Told
 from pipeline.store import provenance
 
 DRAWS, TABLE, PAGE = "posterior.h5", emulator_file.TABLE, "inverse.html"
 COUNT = 4000
+_GAIN_HEADS = ("measure", "error")
 
 
 def write(found: Inversion) -> Path:
     """Write the files of an inversion into its folder: the folder."""
     archive.write(found.folder / DRAWS, _arrays(found), {"seed": found.seed, "sampler": found.posterior.sampler})
     emulator_file.write(found)
-    archive.write_text(found.folder / TABLE, tomlkit.dumps(_table(found)))
+    gains = expected_gain.of_every(found)
+    archive.write_text(found.folder / TABLE, tomlkit.dumps(_table(found, gains)))
     if drawing.possible("the posterior", print):
         corner_picture.write(found, found.folder)
-    archive.write_text(found.folder / PAGE, _page(found))
+    archive.write_text(found.folder / PAGE, _page(found, gains))
     return found.folder
 
 
@@ -47,8 +50,8 @@ def _arrays(found: Inversion) -> dict[str, Any]:
     return made
 
 
-def _table(found: Inversion) -> dict[str, Any]:
-    result = found.posterior
+def _table(found: Inversion, gains: list[Gain]) -> dict[str, Any]:
+    result, made = found.posterior, found.directions
     return {
         "verdict": verdict.sentence(found), "not_identified": verdict.not_identified(found),
         "cautions": verdict.cautions(found), "made": datetime.date.today(),
@@ -62,7 +65,17 @@ def _table(found: Inversion) -> dict[str, Any]:
              "posterior_over_prior_width": round(one.width, 3), "identified": one.identified}
             for (name, one), unit in zip(found.told.items(), found.design.units)
         ],
-        "observed": [_observed(found, one) for one in found.observed], **emulator_file.table(found),
+        "observed": [_observed(found, one) for one in found.observed],
+        "direction": [
+            {"parameters": list(made.names), "weights": [_digits(one) for one in made.vectors[:, k]],
+             "singular_value": _digits(made.singular[k]), "posterior_over_prior_width": round(float(width), 3)}
+            for k, width in enumerate(made.widths)
+        ],
+        "gain": [
+            {"measure": one.measure, "error_fraction": _digits(one.error), "observed_already": one.again,
+             "expected_width_over_now": {name: round(width, 3) for name, width in one.widths.items()}}
+            for one in gains
+        ], **emulator_file.table(found),
     }  # fmt: skip
 
 
@@ -101,7 +114,7 @@ def rows(found: Inversion) -> list[list[str]]:
     return made
 
 
-def _page(found: Inversion) -> str:
+def _page(found: Inversion, gains: list[Gain]) -> str:
     observed = []
     for one in found.observed:
         less, middle, more = np.quantile(found.predicted(one.name), (0.16, 0.5, 0.84))
@@ -123,7 +136,9 @@ def _page(found: Inversion) -> str:
         title=f"What made it: {found.name}", corner=found.folder / corner_picture.CORNER,
         left_out=found.folder / corner_picture.LEFT_OUT, without_pictures=drawing.note(),
         cautions=verdict.cautions(found),
-        parameters=rows(found), observed=observed, emulators=emulators, members=len(found.design.theta),
+        parameters=rows(found), directions=verdict.direction_rows(found), told=verdict.directions(found),
+        gain_heads=[*_GAIN_HEADS, *map(verdict.name_of, found.priors)], gains=verdict.gain_rows(found, gains),
+        observed=observed, emulators=emulators, members=len(found.design.theta),
         failed=[list(one) for one in found.design.failed],
         model="scaling laws (a geometric mean of those for this ground), no runs" if laws else "members of the sweep",
         sampler=found.posterior.sampler, effective=readable.number(round(found.posterior.effective)),
@@ -134,10 +149,21 @@ def _page(found: Inversion) -> str:
 
 def terminal(found: Inversion) -> str:
     """The answer as a terminal shows it."""
-    head = ["parameter", "median", "68 %", "95 %", "posterior/prior", "identified"]
-    cells = [head, *([readable.terminal(cell) for cell in row] for row in rows(found))]
-    widths = [max(map(len, column)) + 2 for column in zip(*cells)]
-    lines = ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in cells]
+    lines = _columns([["parameter", "median", "68 %", "95 %", "posterior/prior", "identified"], *rows(found)])
     cautions = [readable.terminal(one) for one in verdict.cautions(found)]
     said = ["", readable.terminal(verdict.sentence(found)), "", *lines, "", *cautions]
     return "\n".join([*said, f"page: {found.folder / PAGE}", f"result: {found.folder}"])
+
+
+def planned(found: Inversion | None, stands: list[str]) -> str:
+    """What the data can tell apart, as a terminal shows it, and what that stands on."""
+    if found is None:
+        return "\n".join([*stands, "What the data can tell apart is known when some members are done."])
+    lines = _columns([["direction", "singular value", "posterior/prior"], *verdict.direction_rows(found)])
+    return "\n".join([*stands, "", *map(readable.terminal, verdict.directions(found)), "", *lines])
+
+
+def _columns(rows: list[list[str]]) -> list[str]:
+    cells = [[readable.terminal(cell) for cell in row] for row in rows]
+    widths = [max(map(len, column)) + 2 for column in zip(*cells)]
+    return ["".join(f"{cell:<{width}}" for cell, width in zip(row, widths)).rstrip() for row in cells]

@@ -9,9 +9,13 @@ import numpy as np
 from matter.wording import readable
 from pipeline.case.prior_table import Prior
 from pipeline.inverse.design import WELL_EACH
-from pipeline.inverse.inversion import Inversion
+from pipeline.inverse.directions import combination, sentences
+from pipeline.inverse.expected_gain import Gain
+from pipeline.inverse.inversion import Inversion, noun_of
 from pipeline.inverse.posterior import ENOUGH, IDENTIFIED, LEVELS, Told
 
+UNSEEN = 0.1
+"""Singular value below which a direction is not named."""
 _AT = {level: k for k, level in enumerate(LEVELS)}
 
 
@@ -65,6 +69,35 @@ def sentence(found: Inversion) -> str:
     units = dict(zip(found.design.names, found.design.units))
     said = [of_parameter(name, found.told[name], units[name], found.priors[name]) for name in order]
     return "; ".join(said)
+
+
+def directions(found: Inversion) -> list[str]:
+    """What the data can tell apart, whatever they say."""
+    names = {name: name_of(name) for name in found.priors}
+    return sentences(found.directions, [noun_of(one.name) for one in found.observed], names)
+
+
+def direction_rows(found: Inversion) -> list[list[str]]:
+    """A row for each direction: in words, singular value, width over the prior's; those that the data do not see in
+    one."""
+    names = {name: name_of(name) for name in found.priors}
+    made = found.directions
+    rows = [
+        [combination(made, k, names), f"{value:.2f}", f"{width:.2f}"]
+        for k, (value, width) in enumerate(zip(made.singular, made.widths))
+        if value >= UNSEEN
+    ]
+    rest = len(made.names) - len(rows)
+    return [*rows, [f"{rest} more", f"< {UNSEEN:g}", f"{made.widths[-rest:].max():.2f}"]] if rest else rows
+
+
+def gain_rows(found: Inversion, gains: list[Gain]) -> list[list[str]]:
+    """A row for each measure: which, its error, and the expected width of each parameter over that of now."""
+    return [
+        [f"{noun_of(one.measure)}{', half its error' if one.again else ''}", f"{one.error:.1%}",
+         *(f"{min(one.widths[name], 1.0):.2f}" for name in found.priors)]
+        for one in gains
+    ]  # fmt: skip
 
 
 def not_identified(found: Inversion) -> list[str]:

@@ -10,7 +10,7 @@ from scipy import stats
 from crater.scaling import crater_size
 from pipeline.case import read as cases
 from pipeline.case.prior_table import Prior
-from pipeline.inverse import posterior, scaling_members
+from pipeline.inverse import directions, expected_gain, posterior, scaling_members
 from pipeline.inverse.emulator import Emulator
 from pipeline.inverse.posterior import Observed
 
@@ -225,6 +225,90 @@ def test_runs_left_out_become_observations_and_are_found():
         found = posterior.weighted(tuple(law.PRIORS), points, posterior.log_likelihood(observed, mean, sd))
         inside.append(np.abs(found.weight @ (points < truth) - 0.5) < 0.475)
     assert np.all(np.sum(inside, axis=0) >= 9)
+
+
+def two_measures(theta):
+    """ln of a diameter and a depth: speed and size count by their product, friction a little, time not at all."""
+    speed, size, friction = theta[:, 0], theta[:, 1], theta[:, 2]
+    both = 0.3 * speed + 0.4 * size
+    return np.stack([both - 0.01 * friction, both + 0.01 * friction], axis=1), np.zeros((len(theta), 2))
+
+
+def test_what_only_counts_together_is_not_told_apart():
+    """Singular values and widths of a linear law in closed form, and what is said of it."""
+    priors = {name: normal(0.0, 1.0) for name in ("speed", "size", "friction", "time")}
+    observed = [Observed(name, "m", 2.0, 0.1, 0.3, 0.0, 0.0) for name in ("a", "b")]
+    found = directions.told_apart(priors, two_measures, observed)
+    rows = np.array([[0.3, 0.4, -0.01, 0.0], [0.3, 0.4, 0.01, 0.0]]) / 0.1
+    assert found.singular == pytest.approx([*np.linalg.svd(rows)[1], 0.0, 0.0], rel=1e-3, abs=1e-9)
+    assert np.abs(found.vectors[:, 0]) == pytest.approx([0.6, 0.8, 0.0, 0.0], abs=1e-3)
+    exact = np.linalg.inv(np.eye(4) + rows.T @ rows)
+    assert [found.width(name) for name in priors] == pytest.approx(np.sqrt(np.diag(exact)), rel=0.03)
+    alone = 1.0 / np.sqrt(1.0 + np.sum(rows**2, axis=0))
+    assert [found.width(name, True) for name in priors] == pytest.approx(alone, rel=0.05)
+    assert found.widths[:2] == pytest.approx(1.0 / np.sqrt(1.0 + found.singular[:2] ** 2), rel=0.05)
+    said = directions.sentences(found, ["diameter", "depth"], {name: name for name in priors})
+    assert said == [
+        "Diameter and depth together fix 1 of 4 directions: speed × size.",
+        "Speed and size are not told apart.",
+        "Not told, for the data hardly depend on it: friction, time.",
+    ]  # fmt: skip
+    # a second measure that counts them otherwise tells them apart
+
+    def apart(theta):
+        mean, sd = two_measures(theta)
+        return np.stack([mean[:, 0], 0.5 * theta[:, 1]], axis=1), sd
+
+    found = directions.told_apart(priors, apart, observed)
+    said = directions.sentences(found, ["diameter", "depth"], {name: name for name in priors})
+    assert said[0].startswith("Diameter and depth together fix 2 of 4 directions: ")
+    assert not any("told apart" in words for words in said)
+
+
+def test_where_few_draws_are_near_the_data_the_slopes_say_the_widths():
+    priors = {f"p{k}": normal(0.0, 1.0) for k in range(4)}
+    observed = [Observed(f"m{k}", "m", 2.0, 0.02, 0.02, 0.0, 0.0) for k in range(4)]
+    found = directions.told_apart(priors, lambda theta: (0.5 * theta, np.zeros(theta.shape)), observed)
+    assert found.widths == pytest.approx(np.full(4, 1.0 / np.sqrt(1.0 + 50.0**2)), rel=1e-3)
+
+
+def test_one_of_several_values_has_its_directions():
+    """Three values: of both contrasts the data see the one in which the measure differs, its singular value the
+    standard deviation of the measure over the error."""
+    level = np.array([0.0, 0.3, 0.5])
+    priors = {"ground": Prior(distribution="choices", values=("sand", "clay", "rock")), "time": normal(0.0, 1.0)}
+
+    def predict(theta):
+        return level[theta[:, 0].astype(int)][:, None], np.zeros((len(theta), 1))
+
+    found = directions.told_apart(priors, predict, [Observed("a", "m", 2.0, 0.2, 0.2, 0.0, 0.0)])
+    assert found.names == ("ground", "ground", "time")
+    assert found.singular == pytest.approx([level.std() / 0.1, 0.0, 0.0], abs=1e-9)
+    assert found.width("time") == pytest.approx(1.0, abs=0.02) and found.width("ground") < 0.8
+
+
+def test_the_expected_width_is_that_of_posteriors_of_simulated_craters(exact):
+    """Of a law that is far from linear, where slopes alone would promise twice as much."""
+    found = directions.told_apart(law.PRIORS, law.exactly, law.observed(discrepancy=DISCREPANCY))
+    simulated = np.sqrt(np.mean(exact[1] ** 2, axis=0))
+    assert [found.width(name) for name in law.PRIORS] == pytest.approx(simulated, rel=0.05)
+    assert 1.0 / np.sqrt(1.0 + found.singular[0] ** 2) < 0.6 * found.widths[0]
+    [first, *_] = directions.sentences(found, ["diameter"], {name: name for name in law.PRIORS})
+    assert first == "Diameter fixes 1 of 3 directions: cohesion."
+
+
+@pytest.mark.parametrize("error", [0.05, 0.2, 5.0])
+def test_the_gain_of_a_further_measure_has_its_closed_form(error):
+    """Of a linear model and normal distributions, within 3 %: the covariance of the posterior with the measure too."""
+    priors = {name: normal(0.0, 1.0) for name in ("one", "two")}
+    before = np.array([[0.5, -0.3], [-0.3, 0.4]])
+    slope = np.array([0.3, 0.1])
+    rng = np.random.default_rng(3)
+    points, truths = (rng.multivariate_normal([0.2, -0.1], before, count) for count in (8192, 256))
+    pairs = [(theta @ slope, np.full(len(theta), error**2)) for theta in (points, truths)]
+    found = expected_gain.widths(priors, points, *pairs)
+    exact = np.linalg.inv(np.linalg.inv(before) + np.outer(slope, slope) / error**2)
+    assert list(found.values()) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.03)
 
 
 def test_the_discrepancy_widens_the_posterior_and_hardly_moves_it():

@@ -41,7 +41,7 @@ def file(case_folder, fake_stages):
     return path
 
 
-def write_table(file, out, done=MEMBERS, of_friction=lambda friction: -0.02 * (friction - 0.5)):
+def write_table(file, out, done=MEMBERS, of_friction=lambda friction: -0.02 * (friction - 0.5), rim=None):
     """The table of the sweep: D grows with speed^0.8 and falls little with friction, the rim follows; one member
     failed."""
     read = cases.read(file)
@@ -54,7 +54,7 @@ def write_table(file, out, done=MEMBERS, of_friction=lambda friction: -0.02 * (f
         row |= {
             "final/diameter_apparent_m_sigma": 3e3,
             "transient/depth_m": 0.1 * size,
-            "final/rim_height_m": 0.01 * size,
+            "final/rim_height_m": rim(speed, friction) if rim else 0.01 * size,
         }
         failed = {"member": member.name, "state": "failed", "reason": "dem: overlap"}
         rows.append(failed if k == 3 else row)
@@ -89,6 +89,67 @@ def test_a_sweeps_table_gives_back_the_speed_and_not_the_friction(file, tmp_path
     shown = ("m0004", "dem: overlap", "not identified", "Not identified", "corner.png", "left_out.png", "31")
     assert all(words in page for words in shown)
     assert len(found.corner().axes) == 4
+
+
+def test_a_check_says_what_the_data_can_tell_and_writes_nothing(file, tmp_path, capsys):
+    """By scaling laws, by five members, by all of them."""
+    said = checked(file, tmp_path, capsys)
+    assert said.startswith(f"0 of {MEMBERS} members are done: run_case {file} --sweep --check says what the others")
+    assert "Scaling laws do not give transient/depth_m, left out here." in said and "By scaling laws." in said
+    assert (
+        "Apparent diameter fixes 1 of 2 directions: speed.\nNot told, for the data hardly depend on it: frict" in said
+    )
+    write_table(file, tmp_path, 6)  # the fourth failed
+    assert "5 of 32 members are done" in (said := checked(file, tmp_path, capsys)) and "By 5 members." in said
+    assert "Apparent diameter and depth together fix 1 of 2 directions: speed." in said
+    write_table(file, tmp_path, of_friction=lambda friction: -0.6 * (friction - 0.5))
+    said = checked(file, tmp_path, capsys)
+    assert "together fix 1 of 2 directions: speed / friction.\nSpeed and friction are not told apart." in said
+    assert not list(tmp_path.glob("small-inverse-*"))
+    file.write_text(
+        file.read_text()
+        .replace('diameter_apparent_m = ["600 km", "6 km"], ', "")
+        .replace("{ diameter_apparent_m = 0.02 }", "{}")
+    )
+    next(tmp_path.glob("small-sweep-*/table.csv")).unlink()
+    assert "known when some members are done" in checked(file, tmp_path, capsys)
+
+
+def checked(file, out, capsys):
+    capsys.readouterr()
+    assert invert_command.inverted(cases.read(file), out, [], True) == 0
+    return capsys.readouterr().out
+
+
+def test_a_measure_that_sees_what_is_not_known_would_help_most(file, tmp_path):
+    """The rim follows friction alone here. It is said to help most, more so with a smaller error, and when it is
+    observed the posterior is as wide as was expected."""
+    write_table(file, tmp_path, rim=lambda speed, friction: 6e3 * np.exp(2.0 * (friction - 0.5)))
+    found = bolide.invert(file, out=tmp_path)
+    gains = found.gains()
+    assert gains.index[0] == "rim_height_m" and set(gains.index[1:]) == {"diameter_apparent_m", "transient/depth_m"}
+    rim = gains.loc["rim_height_m"]
+    assert rim["error"] == 0.1 and rim["friction"] < 0.75 and rim["impact.speed"] == pytest.approx(1.0, abs=0.03)
+    assert (
+        found.gains(0.01).loc["rim_height_m", "friction"]
+        < rim["friction"]
+        < found.gains(0.4).loc["rim_height_m", "friction"]
+    )
+    # half the error of the diameter, 0.5 % for 1 %: less than half as wide, for chain and discrepancy stay
+    assert 0.5 < gains.loc["diameter_apparent_m", "impact.speed"] < 1.0
+    assert gains.loc["diameter_apparent_m", "friction"] == pytest.approx(1.0, abs=0.03)
+    page = (found.folder / "inverse.html").read_text()
+    assert "What would help" in page and "apparent diameter, half its error" in page
+    told = tomllib.loads((found.folder / "inverse.toml").read_text())
+    assert told["gain"][0]["measure"] == "rim_height_m" and told["direction"][0]["parameters"][0] == "impact.speed"
+    assert found.directions.loc[0, "impact.speed"] > 0.9 and len(found.directions) == 2
+    with pytest.raises(InputError, match="must be greater than 0"):
+        found.gains(0.0)
+    now = found.summary.loc["friction", "width"]
+    file.write_text(file.read_text().replace("observed = {", 'observed = { rim_height_m = ["6 km", "0.6 km"],'))
+    seen = bolide.invert(file, out=tmp_path)
+    # in the middle of the prior, where it is widest
+    assert rim["friction"] < seen.summary.loc["friction", "width"] / now < 1.2 * rim["friction"]
 
 
 def test_an_answer_is_asked_again_without_runs_and_case(file, tmp_path):
