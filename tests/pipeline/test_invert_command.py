@@ -19,7 +19,7 @@ from pipeline.sweeps.sweep import planned_sweep, read_table
 from tests.pipeline.conftest import CASE, FAKES
 
 ROOT = Path(__file__).resolve().parents[2]
-EXAMPLE = ROOT / "examples" / "own_inverse.toml"
+EXAMPLE, SAND = ROOT / "examples" / "own_inverse.toml", ROOT / "examples" / "sand_inverse.toml"
 MEMBERS = 32
 TABLES = f"""
 [inverse]
@@ -333,3 +333,24 @@ def test_the_shipped_example_answers_by_scaling_laws(tmp_path, capsys):
     assert found.identified == ["cohesion"] and found.summary.loc["friction_angle", "width"] > 0.9
     [line] = [row for row in (found.folder / "inverse.html").read_text().splitlines() if ">friction_angle<" in row]
     assert "°" in line
+
+
+def test_a_laboratory_crater_does_not_give_its_friction_back_by_scaling_laws(tmp_path, capsys):
+    """Sand at 500 g: 35 deg, no cohesion, 1.9 km/s. The laws have no friction in them, and say so; what they have
+    comes back: cohesion below a limit that the crater's own weight sets, and the speed where it is asked for."""
+    said = [line for line in SAND.read_text().splitlines() if line and not line.startswith("#")]
+    assert len(said) <= 12
+    capsys.readouterr()
+    assert invert_command.inverted(cases.read(SAND), tmp_path, [], True) == 0
+    told = capsys.readouterr().out
+    assert "fixes 1 of 2 directions: cohesion" in told and "hardly depend on it: friction angle" in told
+    found = bolide.invert(SAND, out=tmp_path)
+    assert found.identified == ["cohesion"] and found.summary.loc["friction_angle", "width"] > 0.98
+    weight = 1472.0 * 4905.0 * 0.076
+    assert 0.1 * weight < found.summary.loc["cohesion", "q95"] < weight
+    text = SAND.read_text()
+    speed = 'prior."impact.speed" = { distribution = "log_uniform", low = "0.5 km/s", high = "6 km/s" }\n'
+    lines = [line for line in text.splitlines() if "cohesion" not in line]
+    (tmp_path / "speed.toml").write_text("\n".join(lines).replace("prior.friction", f"{speed}prior.friction"))
+    row = bolide.invert(tmp_path / "speed.toml", out=tmp_path).summary.loc["impact.speed"]
+    assert row["q16"] < 1900.0 < row["q84"] and row["width"] < 0.7
