@@ -141,8 +141,8 @@ def another_code() -> Runs:
         return np.stack([one[0] for one in both], axis=1), np.stack([one[1] for one in both], axis=1)
 
     usual = [Observed(name, "1", 1.0, _ERROR, _ERROR, 0.0, 0.0) for name in "bm"]
-    apart = directions.told_apart(priors, predict, usual)
-    return Runs([made.left_out() for made in whole], Covered(*map(np.array, zip(*pairs))), apart)
+    found = directions.told_apart(priors, predict, usual)
+    return Runs([made.left_out() for made in whole], Covered(*map(np.array, zip(*pairs))), found)
 
 
 def main() -> None:

@@ -4,8 +4,12 @@
 
 y: what is observed; y' = ln of the further measure with the variance v of its error, emulator, chain and discrepancy
 (at its scale). Each y' weighs other draws of the posterior by its likelihood. A measure that is observed already is
-taken out of what is known first, and comes back with half its error: its chain and discrepancy are the same as before,
-so a second look does not lessen them. Expected posterior width: Chaloner & Verdinelli 1995, Stat. Sci. 10, 273.
+taken out of what is known first, and comes back with half its error e, from looking again: chain and discrepancy are
+those of before. What is then seen has to agree with the first look, y = y' + N(0, 3 e^2 / 4), and therefore
+
+    y' ~ N((B m + v y) / (v + B), v B / (v + B)),    B = 3 e^2 / 4
+
+Expected posterior width: Chaloner & Verdinelli 1995, Stat. Sci. 10, 273.
 """
 
 from __future__ import annotations
@@ -21,6 +25,7 @@ from pipeline.case.prior_table import Prior
 from pipeline.inverse import posterior
 from pipeline.inverse.design import LEAST_EACH
 from pipeline.inverse.inversion import Inversion
+from pipeline.inverse.posterior import Observed
 
 ERROR = 0.1
 """Standard error of a further measure, as a fraction, where none is stated."""
@@ -68,24 +73,32 @@ def of_measure(found: Inversion, measure: str, error: float = ERROR) -> Gain:
         raise InputError(f"the error of a further measure must be greater than 0, as a fraction (given: {error:g})")
     name = found.known(measure)
     truths = found.posterior.drawn(_SEEN, found.seed + 1)
-    known = [one for one in found.observed if one.name == name]
-    if known:
-        error = 0.5 * known[0].error
-        others = [one for one in found.observed if one.name != name]
-        points = _without(found, others)
-        scale = known[0].discrepancy
-    else:
+    known = next((one for one in found.observed if one.name == name), None)
+    if known is None:
         points, scale = found.posterior.drawn(_POINTS, found.seed), found.table.scale(name)
+    else:
+        points, scale = _without(found, [one for one in found.observed if one.name != name]), known.discrepancy
+        error = 0.5 * known.error
     variance = error**2 + found.chains.get(name, 0.0) ** 2 + scale**2
-    (mean, sd), (true, true_sd) = (found.predict(theta, [name]) for theta in (points, truths))
-    now = {one: float(told.width) for one, told in found.told.items()}
-    then = widths(
-        found.priors, points, (mean[:, 0], variance + sd[:, 0] ** 2), (true[:, 0], variance + true_sd[:, 0] ** 2)
+    (mean, sd), (true, true_sd) = (
+        (column[:, 0] for column in found.predict(theta, [name])) for theta in (points, truths)
     )
-    return Gain(name, error, bool(known), {one: then[one] / now[one] for one in now})
+    seen = looked(true, variance + true_sd**2, known, found.seed)
+    then = widths(found.priors, points, mean, variance + sd**2, seen)
+    return Gain(name, error, known is not None, {one: then[one] / told.width for one, told in found.told.items()})
 
 
-def _without(found: Inversion, others: list[posterior.Observed]) -> np.ndarray:
+def looked(mean: np.ndarray, variance: np.ndarray, known: Observed | None, seed: int) -> np.ndarray:
+    """What may be seen (s,): ln of a measure of mean and variance (s,) at the truths; of one that is ``known``, with
+    half its error in the variance, what agrees with the first look."""
+    if known is not None:
+        rest = 0.75 * known.error**2
+        mean = (rest * mean + variance * np.log(known.value)) / (variance + rest)
+        variance = variance * rest / (variance + rest)
+    return np.asarray(mean + np.sqrt(variance) * np.random.default_rng(seed).standard_normal(len(mean)))
+
+
+def _without(found: Inversion, others: list[Observed]) -> np.ndarray:
     """Draws (n, d) of what is known by the ``others`` alone."""
     if not others:
         return posterior.prior_draws(found.priors, _POINTS, found.seed)
@@ -97,16 +110,11 @@ def _without(found: Inversion, others: list[posterior.Observed]) -> np.ndarray:
 
 
 def widths(
-    priors: Mapping[str, Prior],
-    points: np.ndarray,
-    model: tuple[np.ndarray, np.ndarray],
-    truth: tuple[np.ndarray, np.ndarray],
-    seed: int = 1,
+    priors: Mapping[str, Prior], points: np.ndarray, mean: np.ndarray, variance: np.ndarray, seen: np.ndarray
 ) -> dict[str, float]:
-    """Expected width over the prior's of each parameter: of ``points`` (n, d), each as likely as any other, after a
-    measure of which the model gives mean and variance of ln y (n,) there, and at what may be the ``truth`` (s,)."""
-    seen = truth[0] + np.sqrt(truth[1]) * np.random.default_rng(seed).standard_normal(len(truth[0]))
-    logarithm = -0.5 * ((seen[:, None] - model[0]) ** 2 / model[1] + np.log(model[1]))
+    """Expected width over the prior's of each parameter: of ``points`` (n, d), each as likely as any other, at which
+    the model gives ``mean`` and ``variance`` (n,) of ln of a measure, after it was ``seen`` (s,)."""
+    logarithm = -0.5 * ((seen[:, None] - mean) ** 2 / variance + np.log(variance))
     weight = np.exp(logarithm - logarithm.max(axis=1, keepdims=True))
     weight /= weight.sum(axis=1, keepdims=True)
     return {

@@ -22,7 +22,7 @@ from pipeline.case.complaints import complaints, dotted
 from pipeline.case.inverse_table import InverseTable
 from pipeline.case.prior_table import Prior
 from pipeline.case.read import Case
-from pipeline.case.stages import nearest
+from pipeline.case.stages import ORDER, SHARED_TABLES, nearest
 from pipeline.inverse import design as designs
 from pipeline.inverse import directions, emulator
 from pipeline.inverse import posterior as posteriors
@@ -158,7 +158,11 @@ class _Asked(NamedTuple):
 def _asked(case: Case) -> _Asked:
     """What a case asks for: its tables, and what was observed."""
     if not case.inverse:
-        raise InputError(f"--invert goes with [inverse], and {case.file} has none (run_case --describe inverse)")
+        valid = ["case", *SHARED_TABLES, *ORDER, "sweep", "preset"]
+        other = "".join(f", but [{table}]" for table in case.document if table not in valid)
+        raise InputError(
+            f"--invert goes with [inverse], and {case.file} has none{other} (run_case --describe inverse)"
+        )
     table = read_table(case.inverse)
     kind = case.sweep.get("kind", "grid" if case.sweep else "")
     if kind != "prior":

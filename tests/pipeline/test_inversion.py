@@ -266,11 +266,11 @@ def test_what_only_counts_together_is_not_told_apart():
     ]  # fmt: skip
     # a second measure that counts them otherwise tells them apart
 
-    def apart(theta):
+    def another(theta):
         mean, sd = two_measures(theta)
         return np.stack([mean[:, 0], 0.5 * theta[:, 1]], axis=1), sd
 
-    found = directions.told_apart(priors, apart, observed)
+    found = directions.told_apart(priors, another, observed)
     said = directions.sentences(found, ["diameter", "depth"], {name: name for name in priors})
     assert said[0].startswith("Diameter and depth together fix 2 of 4 directions: ")
     assert not any("told apart" in words for words in said)
@@ -316,10 +316,27 @@ def test_the_gain_of_a_further_measure_has_its_closed_form(error):
     slope = np.array([0.3, 0.1])
     rng = np.random.default_rng(3)
     points, truths = (rng.multivariate_normal([0.2, -0.1], before, count) for count in (8192, 256))
-    pairs = [(theta @ slope, np.full(len(theta), error**2)) for theta in (points, truths)]
-    found = expected_gain.widths(priors, points, *pairs)
+    mean, true = points @ slope, truths @ slope
+    seen = expected_gain.looked(true, np.full(256, error**2), None, 1)
+    found = expected_gain.widths(priors, points, mean, np.full(8192, error**2), seen)
     exact = np.linalg.inv(np.linalg.inv(before) + np.outer(slope, slope) / error**2)
     assert list(found.values()) == pytest.approx(np.sqrt(np.diag(exact)), rel=0.03)
+
+
+def test_a_second_look_agrees_with_the_first():
+    """Of a prior N(0, 1), ln y = theta with a model's error of 0.3 and one of 0.4, halved by looking again: what is
+    seen is spread as given the first look, and on the average the truth stays where that left it."""
+    model, error, first = 0.3, 0.4, 0.9
+    known = Observed("a", "1", np.exp(first), error * np.exp(first), error * np.exp(first), 0.0, model)
+    before = 1.0 / (1.0 + 1.0 / (model**2 + error**2))
+    mean = before * first / (model**2 + error**2)
+    truths = mean + np.sqrt(before) * stats.norm.ppf((np.arange(4096) + 0.5) / 4096)
+    seen = expected_gain.looked(truths, np.full(4096, model**2 + 0.25 * error**2), known, 1)
+    variance = model**2 + 0.25 * error**2
+    assert np.mean(seen / (1.0 + variance)) == pytest.approx(mean, abs=0.01)
+    # total variance: of the posteriors' means, and theirs
+    after = variance / (1.0 + variance)
+    assert np.var(seen / (1.0 + variance)) + after == pytest.approx(before, rel=0.01)
 
 
 def test_the_discrepancy_widens_the_posterior_and_hardly_moves_it():

@@ -312,6 +312,29 @@ def test_the_command_refuses_with_exit_code_2_and_no_traceback(file, tmp_path, d
     assert code == 2 and "no table of the sweep" in said and "Traceback" not in said
 
 
+@pytest.mark.parametrize("check", [True, False])
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('"sand_centrifuge_500g"', '"sand_centrifuge"', "did you mean 'sand_centrifuge_500g'?"),
+        ('"sand_centrifuge_500g"', '["7.6 cm", "1 s"]', "'1 s' is not a quantity in m"),
+        ("[inverse]", "[invrese]", "has none, but [invrese]"),
+        ("members = 48", "member = 48", "did you mean 'members'?"),
+        ('"uniform"', '"unifrom"', "did you mean 'uniform'?"),
+        ('= "friction_angle"', '= "friction_agnle"', "did you mean 'friction_angle'?"),
+        ("housen_holsapple_2003", "housen_holsaple_2003", "did you mean 'housen_holsapple_2003'?"),
+    ],
+)
+def test_a_new_users_slip_is_said_with_exit_code_2(tmp_path, drive, old, new, words, check):
+    text = SAND.read_text()
+    assert old in text
+    own = tmp_path / "own.toml"
+    own.write_text(text.replace(old, new))
+    code, _, said = drive(own, "--invert", *(["--check"] if check else []), "--out", tmp_path)
+    assert code == 2 and words in said and "Traceback" not in said
+    assert list(tmp_path.iterdir()) == [own]
+
+
 def test_the_shipped_example_answers_by_scaling_laws(tmp_path, capsys):
     said = [line for line in EXAMPLE.read_text().splitlines() if line and not line.startswith("#")]
     assert len(said) <= 12
@@ -354,3 +377,6 @@ def test_a_laboratory_crater_does_not_give_its_friction_back_by_scaling_laws(tmp
     (tmp_path / "speed.toml").write_text("\n".join(lines).replace("prior.friction", f"{speed}prior.friction"))
     row = bolide.invert(tmp_path / "speed.toml", out=tmp_path).summary.loc["impact.speed"]
     assert row["q16"] < 1900.0 < row["q84"] and row["width"] < 0.7
+    (tmp_path / "few.toml").write_text(text.replace("members = 48", "members = 4"))
+    with pytest.raises(InputError, match="4 of 4 members have diameter_apparent_m, and 2 parameters need 8 at least"):
+        invert_command.inverted(cases.read(tmp_path / "few.toml"), tmp_path, [], True)
