@@ -149,10 +149,14 @@ def planned(case: Case, out: Path) -> tuple[Inversion | None, list[str]]:
     return (_held(case, asked, sweep, laws, given, out) if given else None), [*stands, "By scaling laws."]
 
 
+_Given = tuple[str, str, float, float, float]
+"""Name, unit, value and standard errors below and above it of what was observed."""
+
+
 class _Asked(NamedTuple):
     table: InverseTable
     content: Any
-    observed: list[tuple[str, str, float, float, float]]
+    observed: list[_Given]
 
 
 def _asked(case: Case) -> _Asked:
@@ -177,7 +181,7 @@ def _asked(case: Case) -> _Asked:
     return _Asked(table, content, observed)
 
 
-def _held(case: Case, asked: _Asked, sweep: Sweep, made: Design, observed: Sequence[Any], out: Path) -> Inversion:
+def _held(case: Case, asked: _Asked, sweep: Sweep, made: Design, observed: Sequence[_Given], out: Path) -> Inversion:
     """What was ``observed`` held against the design ``made``."""
     table, content = asked.table, asked.content
     errors = {name: designs.chain(sweep, table.model, name) for name in made.columns}
