@@ -20,7 +20,8 @@ class InverseTable(Model):
     """``sweep``: the finished members of ``[sweep]``; ``pi_scaling``: scaling laws in their place, for planning, in
     seconds. They give ``diameter_apparent_m`` alone."""
     observed: dict[str, Any]
-    """Measure -> ``["14.5 m", "0.8 m"]``, its value and standard error, or the name of an observed crater that has it.
+    """Measure -> ``["14.5 m", "0.8 m"]``, its value and standard error, ``["14.5 m", "0.5 m", "0.8 m"]`` where the
+    error is another below than above it, or the name of an observed crater that has it.
     ``depth_m`` is that of the final crater; other columns of the sweep's table have their whole name,
     ``transient/depth_m``."""
     discrepancy: dict[str, float] = Field(default_factory=dict)
@@ -33,11 +34,14 @@ class InverseTable(Model):
         if not table:
             raise ValueError('nothing is observed: diameter_apparent_m = ["14.5 m", "0.8 m"], for example')
         for name, entry in table.items():
-            pair = isinstance(entry, list | tuple) and len(entry) == 2
+            full = isinstance(entry, list | tuple) and len(entry) in (2, 3)
             if not isinstance(entry, str) and not (
-                pair and all(isinstance(one, int | float | str) and not isinstance(one, bool) for one in entry)
+                full and all(isinstance(one, int | float | str) and not isinstance(one, bool) for one in entry)
             ):
-                raise ValueError(f"{name}: a value with its standard error, or the name of an observed crater")
+                raise ValueError(
+                    f"{name}: a value with its standard error, or with one below and one above it, or the name of an "
+                    f"observed crater"
+                )
         return table
 
     @field_validator("discrepancy")

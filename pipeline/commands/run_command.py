@@ -130,11 +130,10 @@ def _inverted(read: Any, given: Given) -> int:
         (given.forecast, "--forecast"),
         (given.errors, "--errors"),
         (given.ensemble is not None, "--ensemble"),
-        (given.check, "--check"),
         (given.emit, "--emit"),
         (given.start or given.fresh, "--from and --fresh"),
     ]
-    return invert_command.inverted(read, given.folder, others)
+    return invert_command.inverted(read, given.folder, others, given.check)
 
 
 def _with_errors(read: Any, given: Given) -> int:

@@ -127,7 +127,8 @@ Invert = Annotated[
     bool,
     typer.Option(
         "--invert",
-        help="From the crater in [inverse] to what made it, by the members of [sweep] kind = 'prior' that are done.",
+        help="From the crater in [inverse] to what made it, by the members of [sweep] kind = 'prior' that are done "
+        "(--check: what the data can tell apart).",
     ),
 ]
 Scheduler = Annotated[

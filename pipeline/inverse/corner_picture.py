@@ -12,6 +12,7 @@ from pipeline.inverse import posterior, verdict
 from pipeline.inverse.inversion import Inversion
 
 CORNER, LEFT_OUT = "corner.png", "left_out.png"
+_BAR = 0.6
 _GREY, _BINS, _DRAWS = "#b8bec4", 40, 1 << 13
 
 
@@ -42,10 +43,13 @@ def corner(found: Inversion) -> Any:
 
 
 def _columns(found: Inversion, theta: np.ndarray) -> np.ndarray:
-    """Parameters (n, d) as they are drawn: angles in degrees, the decadic logarithm where that is even."""
+    """Parameters (n, d) as they are drawn: angles in degrees, the decadic logarithm where that is even, the numbers of
+    the values of "choices" spread over the width of a bar."""
     columns = []
     for k, (prior, unit) in enumerate(zip(found.priors.values(), found.design.units)):
         values = theta[:, k] * verdict.unit_of(unit)[0]
+        if prior.values:
+            values = values + _BAR * (np.random.default_rng(found.seed).random(len(values)) - 0.5)
         columns.append(np.log10(values) if prior.distribution == "log_uniform" else values)
     return np.stack(columns, axis=1)
 
@@ -79,6 +83,11 @@ def _labels(found: Inversion, axes: Any, row: int, column: int, names: tuple[str
         short = f"{verdict.name_of(names[k])}{f' [{symbol}]' if symbol else ''}"
         return f"log₁₀ {short}" if found.priors[names[k]].distribution == "log_uniform" else short
 
+    for k, axis in ((column, axes.xaxis), (row, axes.yaxis)):
+        values = found.priors[names[k]].values
+        if values and not (row == column and axis is axes.yaxis):
+            axis.set_ticks(range(len(values)), [str(value) for value in values])
+
     axes.tick_params(labelsize=7)
     if row == size - 1:
         axes.set_xlabel(words(column), fontsize=8)
@@ -106,7 +115,8 @@ def left_out(found: Inversion) -> Any:
         axes.plot(ends, ends, color=_GREY, zorder=0)
         predicted = np.quantile(found.predicted(one.name), (0.16, 0.5, 0.84))
         axes.errorbar(
-            one.value, predicted[1], [[predicted[1] - predicted[0]], [predicted[2] - predicted[1]]], one.sigma,
+            one.value, predicted[1], [[predicted[1] - predicted[0]], [predicted[2] - predicted[1]]],
+            [[one.minus], [one.plus]],
             fmt="s", color=INK[1], markersize=5, capsize=2, label="observed, and the posterior's prediction",
         )  # fmt: skip
         unit = f" [{one.unit}]" if one.unit not in ("", "1") else ""

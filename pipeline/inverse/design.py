@@ -45,7 +45,7 @@ class Design(NamedTuple):
 
 def of_sweep(sweep: Sweep, priors: Mapping[str, Prior], table: InverseTable) -> Design:
     """The design of a sweep, by the model that the table names. Raises ``InputError`` where there is none yet."""
-    theta = np.array([[_si(member.drawn[name]) for name in priors] for member in sweep.members])
+    theta = np.array([[_si(member.drawn[name], prior) for name, prior in priors.items()] for member in sweep.members])
     columns, failed = _by_laws(sweep) if table.model == "pi_scaling" else _by_runs(sweep)
     return Design(tuple(priors), tuple(map(unit_of, priors.values())), theta, columns, failed)
 
@@ -55,7 +55,9 @@ def unit_of(prior: Prior) -> str:
     return quantity.si_unit(f"1 {prior.unit}") if prior.unit else "1"
 
 
-def _si(value: Any) -> float:
+def _si(value: Any, prior: Prior) -> float:
+    if prior.values:
+        return float(prior.values.index(value))
     return quantity.parse(value) if isinstance(value, str) else float(value)
 
 
@@ -73,9 +75,14 @@ def _by_laws(sweep: Sweep) -> tuple[dict[str, Any], list[Any]]:
     return {scaling_members.MEASURE: (np.array(sizes), np.zeros(len(sizes)))}, []
 
 
+def has_table(sweep: Sweep) -> bool:
+    """Whether a sweep has a table of what its members came to."""
+    return (sweep.folder / sweep_table.CSV).is_file()
+
+
 def _by_runs(sweep: Sweep) -> tuple[dict[str, Any], list[Any]]:
     file = sweep.folder / sweep_table.CSV
-    if not file.is_file():
+    if not has_table(sweep):
         raise InputError(
             f"no table of the sweep at {file}: run_case {sweep.where} --sweep makes it (--set "
             f'inverse.model="pi_scaling" asks scaling laws instead)'
@@ -96,7 +103,7 @@ def _numbers(rows: Sequence[Mapping[str, str]], column: str) -> np.ndarray:
     return np.array([float(row[column]) if row.get(column) else np.nan for row in rows])
 
 
-def check(design: Design, table: InverseTable, where: Path) -> None:
+def check(design: Design, table: InverseTable, priors: Mapping[str, Prior], where: Path) -> None:
     """Raise ``InputError`` where what was observed is not among what the members came to, or too few have it."""
     known = list(design.columns)
     for name in table.observed:
@@ -113,6 +120,16 @@ def check(design: Design, table: InverseTable, where: Path) -> None:
                 f"{least} at least ({WELL_EACH * len(design.names)} are a good number): finish the sweep, or raise "
                 f"[sweep] members"
             )
+        _every_choice(design, name.removeprefix(FINAL), priors)
+
+
+def _every_choice(design: Design, measure: str, priors: Mapping[str, Prior]) -> None:
+    """Raise ``InputError`` where no member with a measure has one of the values of "choices": nothing is known of
+    it."""
+    for k, (name, prior) in enumerate(priors.items()):
+        drawn = design.theta[design.members_with(measure), k]
+        if missing := [value for number, value in enumerate(prior.values) if number not in drawn]:
+            raise InputError(f"no member with {measure} has {name} = {missing[0]!r}: raise [sweep] members")
 
 
 def chain(sweep: Sweep, model: str, measure: str) -> tuple[float, float]:

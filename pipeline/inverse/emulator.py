@@ -43,27 +43,41 @@ class LeftOut(NamedTuple):
 
 
 class Emulator:
-    """The process fitted to ``x`` (n, d) and ``y`` (n,), both real; ``noise`` (n,): variance of y that is known."""
+    """The process fitted to ``x`` (n, d) and ``y`` (n,), both real; ``noise`` (n,): variance of y that is known;
+    ``kernel`` (d + 3,): the logarithms of s^2, the lengths, b's scale and the nugget of one that was fitted before, in
+    the order of scikit-learn."""
 
-    def __init__(self, x: np.ndarray, y: np.ndarray, noise: np.ndarray, seed: int = 1) -> None:
+    def __init__(
+        self, x: np.ndarray, y: np.ndarray, noise: np.ndarray, seed: int = 1, kernel: np.ndarray | None = None
+    ) -> None:
         require()
         from sklearn.gaussian_process import GaussianProcessRegressor
         from sklearn.gaussian_process.kernels import ConstantKernel, DotProduct, Matern, WhiteKernel
 
         self._at, self._by = x.mean(axis=0), x.std(axis=0)
+        self._by[self._by == 0.0] = 1.0
         self._level, self._size = float(y.mean()), float(y.std()) or 1.0
-        kernel = (
+        form = (
             ConstantKernel(0.3, (1e-4, 1e2)) * Matern(np.full(x.shape[1], 3.0), (0.3, 1e2), nu=2.5)
             + ConstantKernel(1.0, (1e-4, 1e2)) * DotProduct(1.0, "fixed")
             + WhiteKernel(1e-3, (1e-8, 1.0))
         )
         process = GaussianProcessRegressor(
-            kernel, alpha=noise / self._size**2 + 1e-10, n_restarts_optimizer=RESTARTS, random_state=seed
+            form if kernel is None else form.clone_with_theta(kernel),
+            alpha=noise / self._size**2 + 1e-10,
+            optimizer="fmin_l_bfgs_b" if kernel is None else None,
+            n_restarts_optimizer=RESTARTS,
+            random_state=seed,
         )
         with warnings.catch_warnings():  # a length at its limit says that a parameter does not matter
             warnings.simplefilter("ignore")
             self._process: Any = process.fit(self._scaled(x), (y - self._level) / self._size)
         self._y = y
+
+    @property
+    def kernel(self) -> np.ndarray:
+        """What was fitted, as ``kernel`` takes it (d + 3,)."""
+        return np.asarray(self._process.kernel_.theta)
 
     def _scaled(self, x: np.ndarray) -> np.ndarray:
         return (x - self._at) / self._by

@@ -4,11 +4,18 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+
 from matter.wording import readable
+from pipeline.case.prior_table import Prior
 from pipeline.inverse.design import WELL_EACH
-from pipeline.inverse.inversion import Inversion
+from pipeline.inverse.directions import combination, sentences
+from pipeline.inverse.expected_gain import Gain
+from pipeline.inverse.inversion import Inversion, noun_of
 from pipeline.inverse.posterior import ENOUGH, IDENTIFIED, LEVELS, Told
 
+UNSEEN = 0.1
+"""Singular value below which a direction is not named."""
 _AT = {level: k for k, level in enumerate(LEVELS)}
 
 
@@ -29,15 +36,27 @@ def amount(value: float, unit: str, digits: int = 2) -> str:
     return f"{shown}{'' if symbol in ('', '°') else ' '}{symbol}"
 
 
-def of_parameter(name: str, told: Told, unit: str, logarithmic: bool) -> str:
-    """One parameter: "cohesion below 0.3 Pa (95 %)", "friction angle 28 ± 4°", or that it was not identified."""
+def likeliest(prior: Prior, told: Told, part: float) -> str:
+    """The likeliest of the values of "choices" that hold the fraction ``part`` of the posterior together, at least
+    one: "sand (0.71), rock (0.22)"."""
+    order = sorted(range(len(told.chances)), key=lambda number: -told.chances[number])
+    held = np.cumsum([told.chances[number] for number in order])
+    count = min(int(np.searchsorted(held, part)) + 1, len(order))
+    return ", ".join(f"{prior.values[number]} ({told.chances[number]:.2g})" for number in order[:count])
+
+
+def of_parameter(name: str, told: Told, unit: str, prior: Prior) -> str:
+    """One parameter: "cohesion below 0.3 Pa (95 %)", "friction angle 28 ± 4°", "material sand (0.91)", or that it was
+    not identified."""
     words, q = name_of(name), told.quantiles
     if not told.identified:
         return f"{words} not identified (its width is {told.width:.0%} of the prior's)".replace("%", " %")
+    if told.chances:
+        return f"{words} {likeliest(prior, told, 0.0)}"
     if told.bound:
         limit = q[_AT[0.95]] if told.bound == "below" else q[_AT[0.05]]
         return f"{words} {told.bound} {amount(limit, unit)} (95 %)"
-    if logarithmic:
+    if prior.distribution == "log_uniform":
         ends = f"{amount(q[_AT[0.16]], unit)} to {amount(q[_AT[0.84]], unit)}"
         return f"{words} {amount(q[_AT[0.5]], unit)} ({ends})"
     factor, symbol = unit_of(unit)
@@ -48,11 +67,37 @@ def sentence(found: Inversion) -> str:
     """The answer in one line, the best known parameter first."""
     order = sorted(found.told, key=lambda name: found.told[name].width)
     units = dict(zip(found.design.names, found.design.units))
-    said = [
-        of_parameter(name, found.told[name], units[name], found.priors[name].distribution == "log_uniform")
-        for name in order
-    ]
+    said = [of_parameter(name, found.told[name], units[name], found.priors[name]) for name in order]
     return "; ".join(said)
+
+
+def directions(found: Inversion) -> list[str]:
+    """What the data can tell apart, whatever they say."""
+    names = {name: name_of(name) for name in found.priors}
+    return sentences(found.directions, [noun_of(one.name) for one in found.observed], names)
+
+
+def direction_rows(found: Inversion) -> list[list[str]]:
+    """A row for each direction: in words, singular value, width over the prior's; those that the data do not see in
+    one."""
+    names = {name: name_of(name) for name in found.priors}
+    made = found.directions
+    rows = [
+        [combination(made, k, names), f"{value:.2f}", f"{width:.2f}"]
+        for k, (value, width) in enumerate(zip(made.singular, made.widths))
+        if value >= UNSEEN
+    ]
+    rest = len(made.names) - len(rows)
+    return [*rows, [f"{rest} more", f"< {UNSEEN:g}", f"{made.widths[-rest:].max():.2f}"]] if rest else rows
+
+
+def gain_rows(found: Inversion, gains: list[Gain]) -> list[list[str]]:
+    """A row for each measure: which, its error, and the expected width of each parameter over that of now."""
+    return [
+        [f"{noun_of(one.measure)}{', half its error' if one.again else ''}", f"{one.error:.1%}",
+         *(f"{min(one.widths[name], 1.0):.2f}" for name in found.priors)]
+        for one in gains
+    ]  # fmt: skip
 
 
 def not_identified(found: Inversion) -> list[str]:
@@ -88,9 +133,7 @@ def cautions(found: Inversion) -> list[str]:
 
 def surprise(found: Inversion, measure: str) -> float:
     """How many standard errors what was observed lies above what the posterior predicts, all errors together."""
-    import numpy as np
-
     one = next(one for one in found.observed if one.name == measure)
     logarithm = np.log(found.predicted(measure))
-    error = np.sqrt(logarithm.var() + (one.sigma / one.value) ** 2 + one.discrepancy**2)
+    error = np.sqrt(logarithm.var() + one.error**2 + one.discrepancy**2)
     return float((np.log(one.value) - logarithm.mean()) / error)

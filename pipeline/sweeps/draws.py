@@ -44,7 +44,7 @@ def drawn(priors: Mapping[str, Prior], count: int, seed: int) -> list[dict[str, 
 def written(prior: Prior, fraction: np.ndarray) -> list[Number]:
     """The values at the ``fraction`` (n,) of the distribution, as a case holds them."""
     if prior.values:
-        return [prior.values[int(u * len(prior.values))] for u in fraction]
+        return [prior.values[int(number)] for number in quantile(prior, fraction)]
     amounts = quantile(prior, fraction)
     if not prior.unit:
         return [float(f"{amount:.{DIGITS}g}") for amount in amounts]
@@ -53,8 +53,12 @@ def written(prior: Prior, fraction: np.ndarray) -> list[Number]:
 
 
 def quantile(prior: Prior, fraction: Any) -> np.ndarray:
-    """The amounts [SI] (n,) below which the ``fraction`` (n,) of a distribution other than ``choices`` lies."""
+    """The amounts [SI] (n,) below which the ``fraction`` (n,) of a distribution lies; of ``choices`` the number of the
+    value, from 0."""
     from scipy import stats
+
+    if prior.values:
+        return np.floor(np.asarray(fraction) * len(prior.values)).clip(0, len(prior.values) - 1)
 
     low, high = prior.limits
     if prior.distribution == "normal":
