@@ -51,7 +51,7 @@ def measured(run: Path, times: list[float]) -> tuple[list[dict[str, Any]], list[
     return rows, profiles
 
 
-def draw(sets: dict[str, list[tuple[float, Profile]]], out: Path) -> None:
+def draw_profiles(sets: dict[str, list[tuple[float, Profile]]], out: Path) -> None:
     """Both runs' profiles, one panel each."""
     import matplotlib
 
@@ -93,7 +93,7 @@ def main(arguments: list[str]) -> int:
             said = {n: row[n] for n in ("time_s", *NAMES)}
             print(key, {n: None if v is None or not np.isfinite(v) else float(f"{v:.4g}") for n, v in said.items()})
     archive.write_json(chosen.out / "measured.json", content)
-    draw(sets, chosen.out)
+    draw_profiles(sets, chosen.out)
     return 0
 
 

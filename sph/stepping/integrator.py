@@ -54,7 +54,7 @@ class Integrator:
         self.late_medium: late.LateStageMedium | None = None
         self.time, self.steps = 0.0, 0
         self.torque = net_torque.Torque()
-        self.gravity = GravityField(cloud, radius, numerics.theta, numerics.gravity_shift, environment)
+        self.gravity = GravityField(cloud, radius, numerics.gravity_shift, environment)
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, environment.images)
         self.forces = PairForces(cloud, numerics, environment.images)
         if self.forces.scheme.reconstructed and len(cloud.strain_rate) == 0:
