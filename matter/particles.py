@@ -40,6 +40,7 @@ FIELDS: dict[str, Field] = {
     "sound_speed": Field((), "float64", "m/s", "bulk sound speed"),
     "peak_pressure": Field((), "float64", "Pa", "largest pressure so far"),
     "plastic_strain": Field((), "float64", "1", "plastic strain gathered, equivalent of von Mises"),
+    "vibration": Field((), "float64", "m/s", "speed of the shaking that takes friction from broken rock"),
     "temperature": Field((), "float64", "K", "temperature; 0 where the material's laws know none"),
     "entropy": Field((), "float64", "J/(kg K)", "specific entropy, on the law's own zero; 0 where it knows none"),
     "gravity": Field((3,), "float64", "m/s^2", "gravitational acceleration"),

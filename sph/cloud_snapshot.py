@@ -41,6 +41,7 @@ def particles(
         "peak_pressure": c.peak_pressure, "gravity": c.gravity, "initial_position": c.initial_position,
         "neighbours": c.neighbours,
         **({"plastic_strain": c.plastic_strain} if len(c.plastic_strain) else {}),
+        **({"vibration": c.vibration} if len(c.vibration) else {}),
         **temperature.fields(c.material, i.rows, i.forces.evaluated.distention * c.density, c.specific_energy),
     }  # fmt: skip
     names = list(dict.fromkeys(i.materials.names))  # variants of the ground between blocks are one material

@@ -58,6 +58,7 @@ class Simulation:
             self.materials, self.matrix = rubble.with_matrix(
                 self.materials, settings.target.layers[0].material, self.placing
             )
+        self.materials = self.materials.hit_by(ball.radius)
         self.edge: Edge | None = None
         self.late: list[dict[str, float]] = []
         self.viscosity_reduced = False

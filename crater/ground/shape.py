@@ -197,7 +197,6 @@ class Shape:
     volume: float
     slope: float
     floor_radius: float
-    peak_height: float
 
     def as_array(self) -> np.ndarray:
         """All numbers, in the order of the fields."""
@@ -219,8 +218,7 @@ def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder |
     """Numbers of the profile ``mean`` of ring means as the colour field shows them (gaps closed); the floor lies
     inside ``outermost`` [m].
 
-    Floor radius: where the wall has risen by a tenth of the depth. Peak: highest point inside the floor over the
-    floor.
+    Floor radius: where the wall has risen by a tenth of the depth.
     """
     sharp = ruler.sharpened(mean)
     fine, broad = ruler.fine @ sharp, ruler.broad @ sharp
@@ -232,15 +230,13 @@ def shape_of(mean: np.ndarray, ruler: Ruler, datum: Datum, finder: CrestFinder |
     apparent = apparent_radius(ruler.s, fine, floor)
     rim, rim_height = finder.find(mean) if finder is not None else (float("nan"), float("nan"))
     volume = slope = floor_radius = float("nan")
-    within = broad[: floor + 1][np.isfinite(broad[: floor + 1])]
-    peak = max(0.0, float(within.max()) + depth)
     if np.isfinite(apparent):
         volume = volume_below(ruler, datum, sharp, apparent)
         floor_radius = apparent_radius(ruler.s, fine - 0.9 * float(fine[floor]), floor)
         wall = (ruler.s[1:] > ruler.s[floor]) & (ruler.s[:-1] < apparent)
         if wall.any():
             slope = float(np.degrees(np.arctan(np.max((np.diff(fine) / np.diff(ruler.s))[wall]))))
-    return Shape(depth, apparent, rim, rim_height, volume, slope, floor_radius, peak)
+    return Shape(depth, apparent, rim, rim_height, volume, slope, floor_radius)
 
 
 def sector_radii(cells: np.ndarray, ruler: Ruler, floor_limit: float) -> np.ndarray:

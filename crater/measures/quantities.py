@@ -12,6 +12,7 @@ from crater.ground.radial_profile import RINGS_SHARE, Relief
 from crater.ground.shape import CrestFinder, Ruler, Shape, shape_of
 from crater.measures import forms
 from crater.measures.blanket import blanket
+from crater.measures.central_peak import CentralPeak, central_peak
 from crater.measures.uncertainty import (
     Quantity,
     by_every_method,
@@ -131,6 +132,19 @@ class Hollow:
         trials = [blanket(ruler.sharpened(self.cells[:, pick].mean(axis=1)), ruler, rim) for pick in self.draws]
         value = blanket(ruler.sharpened(self.mean), ruler, rim)
         return value, deviation(np.array(trials), np.array(value))
+
+    @cached_property
+    def peak(self) -> CentralPeak:
+        """The central peak."""
+        return self._peak_of(self.mean)
+
+    @cached_property
+    def peak_draws(self) -> list[CentralPeak]:
+        """The central peak over the bootstrap."""
+        return [self._peak_of(self.cells[:, pick].mean(axis=1)) for pick in self.draws]
+
+    def _peak_of(self, mean: np.ndarray) -> CentralPeak:
+        return central_peak(self.ruler.s, self.ruler.fine @ self.ruler.sharpened(mean), self.base.apparent)
 
     @cached_property
     def crest_resolution(self) -> float:
@@ -258,11 +272,22 @@ def floor_diameter_m(hollow: Hollow) -> Quantity:
 
 def central_peak_m(hollow: Hollow) -> Quantity:
     """Highest point inside the floor above it, where that stands out of the noise."""
-    height = hollow.base.peak_height
-    if height > 3.0 * (depth_m(hollow).sigma or 0.0) and height > 0.5 * hollow.spacing:
-        return quantity(
-            height, {"azimuth": hollow.spread["peak_height"], "resolution": hollow.resolved(RESOLUTION_HEIGHT)}, "m"
-        )
+    return _of_peak(hollow, "height", hollow.peak.height)
+
+
+def central_peak_diameter_m(hollow: Hollow) -> Quantity:
+    """Twice the distance at which the central peak has come down to half of its height."""
+    return _of_peak(hollow, "radius", 2.0 * hollow.peak.radius)
+
+
+def _of_peak(hollow: Hollow, number: str, value: float) -> Quantity:
+    """``value`` [m] of the central peak: its ``height``, or twice its ``radius``, with the scatter over azimuth and
+    half a spacing of resolution on each side."""
+    if hollow.peak.height > max(3.0 * (depth_m(hollow).sigma or 0.0), 0.5 * hollow.spacing):
+        spread = float(np.nanstd([getattr(trial, number) for trial in hollow.peak_draws]))
+        wide = number == "radius"
+        resolution = hollow.spacing if wide else hollow.resolved(RESOLUTION_HEIGHT)
+        return quantity(value, {"azimuth": (2.0 if wide else 1.0) * spread, "resolution": resolution}, "m")
     return Quantity(None, None, "m", "no peak above the noise of the floor")
 
 

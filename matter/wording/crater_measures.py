@@ -63,7 +63,11 @@ TABLE = (
     True),
     Measure("wall_slope_deg", "deg", "steepest slope of the wall", "slope of the wall", needs="diameter"),
     Measure("floor_diameter_m", "m", "floor diameter", "floor diameter", needs="diameter"),
-    Measure("central_peak_m", "m", "central peak above the floor", "height of the central peak"),
+    Measure("central_peak_m", "m", "central peak above the floor", "height of the central peak", needs="diameter"),
+    Measure(
+        "central_peak_diameter_m", "m", "central peak: width at half its height", "width of the central peak",
+        needs="diameter",
+    ),
     Measure("central_pit_m", "m", "central pit below the ridge around it", "depth of the central pit"),
     Measure("terraces", "1", "terraces on the wall", "number of terraces", needs="diameter"),
     Measure("ellipticity", "1", "ellipticity (1 - b/a)", "ellipticity", needs="diameter"),

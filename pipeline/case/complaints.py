@@ -181,6 +181,7 @@ FORMER = {
     "companion.longitude": "a companion stands above longitude 0",
     "reference.at": "published transient craters are those at their first maximum of depth",
     "bed.growth": "it is 0.04",
+    "theta": "the opening angle of the gravity tree is 0.5",
 }
 """Former keys (``table.key`` where another table still has that key) and what replaces each. The case file of a run
 that an earlier version made may name them."""

@@ -60,6 +60,7 @@ def judged(
         *_sinking(sph),
         *_regime(settings, sph, stages),
         *_cohesion_once(settings, sph),
+        *_shaken_grains(settings, sph),
         *experimental.used(settings),
     ]
 
@@ -301,6 +302,12 @@ def _cohesion_once(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
         f"{alone}: shear keeps {angle_of_friction.COHESION_LEFT:.1%} of the pull between grains "
         '([dem.contact] cohesion = "zhang"), and ground that is broken from the start (predamaged) has none'
     )
+
+
+def _shaken_grains(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
+    """Vibration ends with the shock stage."""
+    if settings.get("handoff") is not None and sph.chosen_materials().vibrate:
+        yield "block_model: grains know no vibration: what is left of it at the handoff is lost"
 
 
 def _layers(sph: Any) -> dict[str, float]:

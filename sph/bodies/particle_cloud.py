@@ -53,12 +53,12 @@ Fields = namedtuple("Fields", tuple(ARRAYS))  # type: ignore[misc]
 """The arrays of a cloud as compiled loops take them. numba drops what a loop over ``prange`` itself writes to arrays
 inside a tuple, without a word: such a loop calls the function that writes."""
 
-OPTIONAL = ("late_density", "viscosity", "strain_rate", "plastic_strain", "block")
+OPTIONAL = ("late_density", "viscosity", "strain_rate", "plastic_strain", "vibration", "block")
 """Arrays (n, ...) that are empty until a law needs them: the density without pressure of the late stage
 (``sph.stepping.late``), the fraction of the artificial viscosity where a switch governs it (``sph.viscosity.switch``),
 the symmetric velocity gradient of the last evaluation (n, 6) [1/s] (``sph.viscosity.reconstructed``), the plastic
-strain of a yield law that hardens (``sph.strength.johnson_cook``), the block that a particle belongs to (-1: none;
-``sph.bodies.rubble``)."""
+strain of a yield law that hardens (``sph.strength.johnson_cook``), the speed of the vibration that takes friction away
+[m/s] (``sph.strength.block_model``), the block that a particle belongs to (-1: none; ``sph.bodies.rubble``)."""
 
 # loops that gather something over all particles run in this many pieces, so that it does not depend on the number of
 # threads
@@ -106,6 +106,7 @@ class Cloud:
     viscosity: np.ndarray
     strain_rate: np.ndarray
     plastic_strain: np.ndarray
+    vibration: np.ndarray
     block: np.ndarray
     gravity: np.ndarray
     gravity_position: np.ndarray
@@ -120,7 +121,7 @@ class Cloud:
         for name, (shape, kind) in ARRAYS.items():
             setattr(self, name, np.zeros((count, *shape), dtype=kind))
         self.late_density, self.viscosity, self.strain_rate = np.zeros(0), np.zeros(0), np.zeros((0, 6))
-        self.plastic_strain, self.block = np.zeros(0), np.zeros(0, dtype=np.int32)
+        self.plastic_strain, self.vibration, self.block = np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int32)
         self.flaw_strain = np.zeros(0, dtype=np.float32)
 
     def __len__(self) -> int:

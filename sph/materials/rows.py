@@ -6,7 +6,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
@@ -24,8 +24,8 @@ from sph.materials.settings import AS_PUBLISHED, CommonChoice, has_section, law_
 from sph.porosity import crush
 from sph.porosity import dispatch as porosity
 from sph.porosity.matrix import Matrix
+from sph.strength import block_model, drucker_prager, inertial_friction
 from sph.strength import dispatch as strength
-from sph.strength import drucker_prager, inertial_friction
 
 
 class Elastic(NamedTuple):
@@ -59,6 +59,7 @@ class Rows(NamedTuple):
     strength: np.ndarray  # number of the law in sph.strength.dispatch
     strength_row: np.ndarray  # (m, width)
     inertial: np.ndarray  # (m, 3), sph.strength.inertial_friction; diameter 0 where friction does not go by the rate
+    vibration: np.ndarray  # (m, 6), sph.strength.block_model; c_vib 0 where rock does not shake
     mixes_damage: np.ndarray  # 1 where damage stands in the yield stress, 0 where it takes the shear stress as a whole
     tension: np.ndarray  # the tension that the intact material bears [Pa], >= 0
     # specific energy at which that tension is gone [J/kg], that of the strength; infinite where nothing says it
@@ -117,6 +118,17 @@ class Materials:
         """Whether the friction of any material goes by the rate of strain."""
         return bool((self.rows.inertial[:, inertial_friction.DIAMETER] > 0.0).any())
 
+    @property
+    def vibrate(self) -> bool:
+        """Whether any material loses friction while it shakes."""
+        return bool((self.rows.vibration[:, block_model.C_VIB] > 0.0).any())
+
+    def hit_by(self, radius: float) -> Materials:
+        """The materials hit by a projectile of the ``radius`` [m], which their vibration goes by."""
+        sized = self.rows.vibration.copy()
+        sized[:, [block_model.DECAY_TIME, block_model.VISCOSITY]] *= radius
+        return replace(self, rows=self.rows._replace(vibration=sized))
+
     def index(self, name: str) -> int:
         """The number of a material in the tables."""
         return self.names.index(name)
@@ -170,6 +182,7 @@ def collect(names: tuple[str, ...], choices: Mapping[str, CommonChoice] | None =
     rows = rows._replace(
         thermal=np.zeros((count, temperature.WIDTH if warm else temperature.HEAD)),
         inertial=np.zeros((count, inertial_friction.WIDTH)),
+        vibration=np.zeros((count, block_model.WIDTH)),
     )
     if (widest := max(len(numbers) for _, _, numbers in bulk)) > eos.FAMILY.width:
         rows = rows._replace(eos_row=np.zeros((count, widest)))
@@ -243,11 +256,17 @@ def _fill_strength(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
 
 
 def _fill_friction(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:
-    if not has_section(name, "inertial_friction", choice):
-        return
+    """What friction grows by and what it is lost by."""
     law, rubs = strength.FAMILY.names[rows.strength[i]], strength.FAMILY.having("RUBS")[rows.strength[i]]
-    _refuse(name, "inertial_friction", "" if rubs else f"strength = {law!r} has no friction")
-    _put(rows.inertial[i], parameters(inertial_friction.Parameters, name, "inertial_friction", choice))
+    for title in ("inertial_friction", "block_model"):
+        if has_section(name, title, choice) and not rubs:
+            _refuse(name, title, f"strength = {law!r} has no friction")
+    if has_section(name, "inertial_friction", choice):
+        _put(rows.inertial[i], parameters(inertial_friction.Parameters, name, "inertial_friction", choice))
+    if has_section(name, "block_model", choice):
+        sound = math.sqrt(eos.modulus(rows.eos[i], rows.eos_row[i]) / rows.rho0[i])
+        values = parameters(block_model.Parameters, name, "block_model", choice)
+        _put(rows.vibration[i], block_model.row(values, sound))
 
 
 def _fill_heat(rows: Rows, i: int, name: str, choice: CommonChoice) -> None:

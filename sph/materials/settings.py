@@ -41,6 +41,9 @@ class CommonChoice(Model):
     """Shear and bulk modulus."""
     tension: Values | None = None
     """The largest tension that the intact material bears: ``cut``."""
+    block_model: Values | None = None
+    """Friction that broken rock loses while it shakes: ``gamma_eta``, ``gamma_beta``, ``c_vib``, ``v_max``, ``t_off``
+    (``sph.strength.block_model``)."""
     inertial_friction: Values | None = None
     """Grains whose friction grows with the rate of strain: ``grain_diameter``, ``I0``, ``ratio``
     (``sph.strength.inertial_friction``)."""

@@ -24,6 +24,8 @@ def idle_sources(materials: Materials) -> set[Path]:
         idle |= {ROOM / "damage" / "grady_kipp.py"}
     if not materials.inertial:
         idle |= {ROOM / "strength" / "inertial_friction.py"}
+    if not materials.vibrate:
+        idle |= {ROOM / "strength" / "block_model.py"}
     if all(kind[porosity.FAMILY.key] == 0 for kind in kinds):
         idle |= {ROOM / "porosity" / f"{name}.py" for name in ("dispatch", "compaction_damage")}
     return idle

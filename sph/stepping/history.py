@@ -12,7 +12,7 @@ from matter.files import archive
 from matter.geometry import tree
 from sph.bodies import symmetry as symmetries
 from sph.boundary import external_budget
-from sph.stepping import state
+from sph.stepping import state, vibration
 from sph.stepping.integrator import Integrator
 
 COLUMNS = (
@@ -23,6 +23,8 @@ COLUMNS = (
     "steps list_builds gravity_evaluations gravity_correction removed_angular_momentum_x removed_angular_momentum_y "
     "removed_angular_momentum_z"
 ).split() + external_budget.COLUMNS
+VIBRATION = "vibration_J"
+"""A last column where rock shakes (``sph.strength.block_model``): beside the total energy, no part of it."""
 
 # particles up to which the potential energy is summed over all pairs; opening angle of the tree beyond
 DIRECT, FINE = (40_000, 0.3)
@@ -91,7 +93,8 @@ def row(integrator: Integrator, symmetry: str = "none", impact_J: float = 0.0) -
         integrator.neighbourhood.builds, integrator.gravity.evaluations, integrator.gravity.correction,
         *integrator.torque.removed, *pushed, *turned, symmetries.copies(symmetry) * given[6],
     )  # fmt: skip
-    return dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
+    entry = dict(zip(COLUMNS, (value if isinstance(value, str) else float(value) for value in values)))
+    return entry | ({VIBRATION: vibration.energy(m, cloud.vibration)} if len(cloud.vibration) else {})
 
 
 class History:
@@ -122,10 +125,11 @@ class History:
         """Write the file, whole or not at all; numbers to the last bit."""
         text = io.StringIO()
         writer = csv.writer(text, lineterminator="\n")
-        writer.writerow(COLUMNS)
+        names = [*COLUMNS, VIBRATION] if self.rows and VIBRATION in self.rows[0] else COLUMNS
+        writer.writerow(names)
         for entry in self.rows:
             writer.writerow(
-                [value if isinstance(value, str) else repr(value) for value in (entry[name] for name in COLUMNS)]
+                [value if isinstance(value, str) else repr(value) for value in (entry[name] for name in names)]
             )
         archive.write_text(self.path, text.getvalue())
 

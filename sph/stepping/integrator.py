@@ -17,7 +17,7 @@ from sph.boundary.external_budget import ExternalBudget
 from sph.materials.rows import Materials, Rows
 from sph.pairs import smoothing
 from sph.pairs.scheme import Damping
-from sph.stepping import gravity_field, late, leapfrog, net_torque
+from sph.stepping import gravity_field, late, leapfrog, net_torque, vibration
 from sph.stepping.environment import Environment
 from sph.stepping.gravity_field import GravityField
 from sph.stepping.numerics import Numerics
@@ -54,13 +54,17 @@ class Integrator:
         self.late_medium: late.LateStageMedium | None = None
         self.time, self.steps = 0.0, 0
         self.torque = net_torque.Torque()
-        self.gravity = GravityField(cloud, radius, numerics.theta, numerics.gravity_shift, environment)
+        self.gravity = GravityField(cloud, radius, numerics.gravity_shift, environment)
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, environment.images)
         self.forces = PairForces(cloud, numerics, environment.images)
         if self.forces.scheme.reconstructed and len(cloud.strain_rate) == 0:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if materials.inertial and not self.forces.scheme.reconstructed:
             raise InputError('inertial_friction needs numerics = "reconstructed", which keeps the rates of strain')
+        if materials.vibrate and not self.forces.scheme.reconstructed:
+            raise InputError('block_model needs numerics = "reconstructed", which keeps the rates of strain')
+        if materials.vibrate and len(cloud.vibration) == 0:
+            cloud.vibration = np.zeros(len(cloud))
         if materials.harden and len(cloud.plastic_strain) == 0:
             cloud.plastic_strain = np.zeros(len(cloud))
         if self.forces.scheme.switched:
@@ -129,6 +133,7 @@ class Integrator:
         self._kick(dt, velocity_factor)
         self._fade_layers(dt)
         self._follow_viscosity_switch(dt)
+        self._follow_vibration(dt)
         self.torque.removed += dt * self.torque.present
         self.steps += 1
 
@@ -176,6 +181,13 @@ class Integrator:
         if self.forces.scheme.switched:
             c, forces = self.cloud, self.forces
             viscosity_switch.follow(dt, forces.rates.divergence, forces.evaluated.sound, c.support_radius, c.viscosity)
+
+    def _follow_vibration(self, dt: float) -> None:
+        """The vibration after a step; none while the target settles."""
+        c = self.cloud
+        if len(c.vibration) and not self.switches.freeze_energy:
+            divergence = self.forces.rates.divergence
+            vibration.follow(dt, self.time, c.material, self.rows.vibration, c.velocity, divergence, c.vibration)
 
     def enter_late_stage(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
         """Enter the late stage (``sph.stepping.late``) or its next part; ``weight`` (n,) and the energies [J] as

@@ -53,8 +53,6 @@ class Numerics(Model):
     """Quadratic coefficient of the artificial viscosity; by default that of ``numerics``."""
     courant: Annotated[float, Field(gt=0, le=1)] = _of_set("courant")
     """Courant factor of the time step; by default that of ``numerics``."""
-    theta: Annotated[float, Field(gt=0, le=1)] = 0.5
-    """Opening angle of the gravity tree (smaller is more accurate)."""
     gravity_shift: Annotated[float, Field(ge=0, le=1)] = 0.05
     """Gravity is evaluated again once a bound particle has moved this fraction of its support radius (0: at every
     step)."""

@@ -42,8 +42,10 @@ from sph.materials.rows import Materials, Rows
 from sph.pairs.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.porosity import compaction_damage
 from sph.porosity import dispatch as porosity
+from sph.strength import block_model, inertial_friction, thermal_softening, von_mises
 from sph.strength import dispatch as strengths
-from sph.strength import inertial_friction, thermal_softening, von_mises
+from sph.strength.block_model import SOUND as SOUND_AT_REST
+from sph.strength.block_model import VISCOSITY
 from sph.strength.inertial_friction import DIAMETER, I0, RATIO
 
 FREE, BOUND = 4, 10  # a particle with at most FREE neighbours feels no pressure, from BOUND on all of it
@@ -129,6 +131,14 @@ def _inertial(rate, inertial, rho0, P):
 
 
 @law
+def _shaken(limit, v_vib, rate, law, rows, m, bearing, rho, heat, D):
+    """The ``limit`` of the shear stress, lowered by the vibration (``sph.strength.block_model``)."""
+    p_vib = block_model.pressure(v_vib, bearing, rho, rows.vibration[m, SOUND_AT_REST])
+    left = strengths.yield_stress(law, rows.strength_row[m], bearing - D * D * p_vib, heat, D)
+    return min(limit, left + block_model.viscous(rate, rho, rows.vibration[m, VISCOSITY]))
+
+
+@law
 def _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows):
     """Cap of D^(1/3) and its rate [1/s] for a particle in which the largest principal strain is ``strain``."""
     m, first, last = cloud.material[i], cloud.flaw_first[i], cloud.flaw_last[i]
@@ -148,7 +158,7 @@ def _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows):
 
 
 @inner_kernel
-def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
+def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate, vibration):
     """One evaluation of the particles of a ``block``; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
     h = cloud.support_radius
@@ -199,6 +209,8 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
             if rate is not None:
                 bearing *= _inertial(rate[i], rows.inertial[m], rows.rho0[m], P)
             limit = strengths.yield_stress(law, rows.strength_row[m], bearing, heat, D)
+            if vibration is not None and vibration[i] > 0.0:
+                limit = _shaken(limit, vibration[i], rate[i], law, rows, m, bearing, rho[i], heat, D)
             if plastic is not None:
                 limit *= strengths.hardening(law, rows.strength_row[m], plastic[i])
             if boiling:
@@ -234,19 +246,19 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
 
 
 @parallel_kernel
-def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate):
-    """One evaluation of every particle; compiled without pores, plastic strain or rate of strain where these are
-    None.
+def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate, vibration):
+    """One evaluation of every particle; compiled without pores, plastic strain, rate of strain or vibration where
+    these are None.
 
     In: ``sph.bodies.particle_cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``,
-    the rates of strain (n, 6) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the cloud's
-    stress (yielded), distention (compacted) and plastic strain.
+    the rates of strain (n, 6) and the speeds of vibration (n,) where friction goes by them. Out: ``Response`` and
+    ``Pores``, and in place the cloud's stress (yielded), distention (compacted) and plastic strain.
     """
     n = len(cloud.mass)
     # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         # int64 as where its type is first inferred: the loop's own index is unsigned, and would compile it twice
-        _evaluate_some(np.int64(block), cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate)
+        _evaluate_some(np.int64(block), cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate, vibration)
 
 
 class Evaluated:
@@ -305,8 +317,10 @@ def evaluate(
     late = Late(cloud.late_density, np.empty(0) if late_c2 is None else late_c2)
     plastic = cloud.plastic_strain if len(cloud.plastic_strain) else None
     physics = Physics(strength, damage, crushing)
-    rate = cloud.strain_rate if (rows.inertial[:, DIAMETER] > 0.0).any() else None
-    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic, rate)
+    vibration = cloud.vibration if len(cloud.vibration) else None
+    by_rate = vibration is not None or bool((rows.inertial[:, DIAMETER] > 0.0).any())
+    rate = cloud.strain_rate if by_rate else None
+    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic, rate, vibration)
 
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:

@@ -47,7 +47,7 @@ def test_every_table_and_key_is_printed_with_unit_range_and_default():
             assert f"\n  {key.path[-1]}  (" in text
     assert "  spacing_far  (quantity in m, > 0; default" in text
     assert "  courant  (number, > 0 and <= 1; default follows the case)" in text
-    assert "  theta  (number, > 0 and <= 1; default 0.5)" in text
+    assert "  gravity_shift  (number, >= 0 and <= 1; default 0.05)" in text
     assert text.index("\n  spacing_at_impact  (") < text.index(
         "\n  courant  ("
     )  # what a stage sets itself stands before what it inherits

@@ -42,7 +42,7 @@ def test_a_marked_key_exists_and_its_description_says_so(path):
 
 
 def test_what_is_not_marked_is_described_without_a_remark():
-    assert "xperimental" not in keys.find("sph.theta")[1][0].meaning
+    assert "xperimental" not in keys.find("sph.courant")[1][0].meaning
 
 
 def test_a_case_that_takes_one_is_told():
