@@ -149,8 +149,8 @@ def explain(settings: Settings) -> list[str]:
     return [
         f"{settings.count:,} grains (count) of {size} in a bed of {readable.length(wide)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
-        f"the bed reaches {wide / extent.settled_radius(settings.impact):.2g} radii of the widest settled crater that "
-        f"is expected ({readable.length(extent.settled_radius(settings.impact))})",
+        f"its radius is {wide / extent.settled_radius(settings.impact):.2g} times that of the widest settled crater "
+        f"expected ({readable.length(extent.settled_radius(settings.impact))})",
         f"{steps(settings):,.0f} steps to rest",
         *blocks,
     ]
