@@ -351,7 +351,8 @@ def in_words(settings: Mapping[str, Model]) -> str:
     weight, strength = expected.weight, expected.ground.strength
     kind = getattr(settings.get("crater"), "ground", expected.ground.kind)
     ground = sph.target.layers[-1].material
-    text = f"expected transient crater: {readable.length(expected.diameter)} in {ground}, by the scaling laws of {kind}"
+    size = readable.length(expected.diameter)
+    text = f"expected transient crater: {size} in {ground}, by the scaling laws of {kind}"
     if weight <= 0.0:
         return (
             f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth"
