@@ -85,35 +85,19 @@ class Block:
 
 def _fast(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
-    flights = fast.run(system, batch, request.population.duration)
-    table = encounters.join(
-        [
-            flights.table,
-            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
-        ]
-    )
-    return Block(
-        table,
-        CHUNK,
-        CHUNK,
-        int(flights.ends[:, 1].sum()),
-        np.bincount(flights.ends[:, 0], minlength=5),
-        flights.ephemeris.energy_error,
-        flights.ephemeris.angular_momentum_error,
-    )
+    return _collided(fast.run(system, batch, request.population.duration), system, request, number)
 
 
 def _tube(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
-    flights = tube.run(system, batch, request.population.duration, request.seed)
-    table = encounters.join(
-        [
-            flights.table,
-            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
-        ]
-    )
+    return _collided(tube.run(system, batch, request.population.duration, request.seed), system, request, number)
+
+
+def _collided(flights: fast.Flights | tube.Flights, system: System, request: Request, number: int) -> Block:
+    """A block of the ``flights``, with the collisions that follow from their entries."""
+    hits = moon_hits.collide(flights.table, system, request.seed, number, request.population.focused)
     return Block(
-        table,
+        encounters.join([flights.table, hits]),
         CHUNK,
         CHUNK,
         int(flights.ends[:, 1].sum()),
