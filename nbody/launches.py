@@ -27,6 +27,7 @@ from matter.wording import readable
 from nbody.integrators import launched
 from nbody.masses import ephemeris
 from nbody.masses.ephemeris import Ephemeris, Orbits
+from nbody.masses.state_vector import POSITION, VELOCITY
 from nbody.masses.system import Body, System, jovian, load, start
 
 NEEDED = {"place": 3, "time": 1, "velocity": 3, "mass": 1, "layer": 1, "number": 1}
@@ -195,14 +196,14 @@ def fly(launches: Launches, field: FlightField, duration: float, tolerance: floa
     order = [field.home, *(k for k in range(len(field.names)) if k != field.home)]
     fate = np.full(count, len(names) - 1)
     fate[ends[:, 0] == launched.LEFT] = len(names) - 2
-    position, speed = np.full((count, 3), np.nan), np.full(count, np.nan)
+    position, speed, state = np.full((count, 3), np.nan), np.full(count, np.nan), finals[:, 1:]
     for index, body in enumerate(order):
         hits = (ends[:, 0] == launched.HIT) & (ends[:, 1] == body)
         fate[hits] = index
         x, v = _body(field, body, finals[hits, 0])
-        speed[hits] = np.linalg.norm(finals[hits, 4:] - v, axis=1)
+        speed[hits] = np.linalg.norm(state[hits, VELOCITY] - v, axis=1)
         if body == field.home:
-            position[hits] = (finals[hits, 1:4] - x) @ field.axes.T
+            position[hits] = (state[hits, POSITION] - x) @ field.axes.T
     return Fates(names, fate, finals[:, 0], position, speed, ends[:, 2])
 
 

@@ -17,6 +17,8 @@ from sph.shock_states import release_phases
 from sph.stepping import state
 from sph.stepping.integrator import Integrator
 
+XX, XY, XZ, YY, YZ, ZZ = range(6)
+
 
 def particles(
     integrator: Integrator, settings: Settings, column: bodies.Profile | grounds.Ground, radius: float
@@ -28,8 +30,8 @@ def particles(
     whole = i.materials.rows.mixes_damage[c.material] > 0
     deviator = np.empty((len(c), 6))
     fraction = np.where(whole, 1.0, 1.0 - damage) / i.forces.evaluated.distention
-    np.multiply(fraction[:, None], c.stress, out=deviator[:, :5])
-    deviator[:, 5] = -(deviator[:, 0] + deviator[:, 3])
+    np.multiply(fraction[:, None], c.stress, out=deviator[:, :ZZ])
+    deviator[:, ZZ] = -(deviator[:, XX] + deviator[:, YY])
     fields = {
         "identity": c.identity, "position": c.position, "velocity": c.velocity, "mass": c.mass,
         "density": c.density,

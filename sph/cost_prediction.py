@@ -205,7 +205,7 @@ def explain(settings: Settings) -> list[str]:
         f"{total:,.0f} particles in the target, {projectile_particles(settings):,.0f} in the projectile: "
         f"{per_radius(settings):.2g} per projectile radius "
         f"({readable.length(ball.radius)}), {crater / zones.fine:.2g} per crater radius ({readable.length(crater)})",
-        f"{parts[most]:.0%} of the target's particles are set by {most}",
+        f"{parts[most]:.0%} of the target's particles follow from {most}",
         f"{impact:,.0f} steps of {readable.clock(step(settings))} to end_time = {readable.clock(settings.end_time)}"
         + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
         + f": the step follows from {_limit(settings).what}",

@@ -21,7 +21,9 @@ circles      sets of modules that reach each other by imports (Tarjan's strong c
              under ``TYPE_CHECKING`` included.
 raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the
              coordinates of a vector. Components of symmetric tensors (3, 4, 5) are among them, and so are shown beside
-             those above 5.
+             those above 5. Not counted is a first part alone, ``text[:12]``.
+tables       lines that take a column of a table of grains by its number, ``bed.X[:, :3]``, 0, 1, 2 among them, outside
+             compiled loops: those get the tables as arguments, and read coordinates one by one.
 numpy        lines of scalar laws (``law`` of ``matter.compilation.jit``) that call numpy, which compilers for devices
              refuse: ``math`` has the same functions.
 places       lines in the rooms that name a given law, outside of its own file and of the tests: what has to be touched
@@ -78,6 +80,8 @@ TAG = re.compile(
     r"|&(?:\w+|#\d+);",
     re.IGNORECASE,
 )
+GRAIN_TABLES = frozenset("XVWAFE")
+"""Attributes of a list of grains: tables whose columns are named in ``dem/contact/columns.py``."""
 KEYS_OF_CASES = {
     "share": ("matter/case/body.py", "sph/bodies/projectile.py"),
     "loosened": ("handoff/source/cloud_surface.py", "handoff/transfer/ejecta.py", "handoff/transfer/transfer.py"),
@@ -301,9 +305,84 @@ def raw_columns(house: House, room: str, above: int = LAST_COORDINATE) -> list[s
             number = (
                 max(_literal(last.lower), _literal(last.upper) - 1) if isinstance(last, ast.Slice) else _literal(last)
             )
-            if number > above:
+            first_part = isinstance(node.slice, ast.Slice) and node.slice.lower is None
+            if number > above and not first_part:
                 found.add((name, node.lineno))
     return [f"{name}:{line}" for name, line in sorted(found)]
+
+
+def raw_tables(root: Path) -> list[str]:
+    """``file:line`` where a column of a table of grains (``GRAIN_TABLES``, an attribute) is taken by a number, in the
+    rooms and around them."""
+    found = set()
+    for path in sorted(path for room in (*ROOMS, *AROUND) for path in (root / room).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text())):
+            if (
+                isinstance(node, ast.Subscript)
+                and isinstance(node.value, ast.Attribute)
+                and node.value.attr in GRAIN_TABLES
+                and isinstance(node.slice, ast.Tuple)
+            ):
+                last = node.slice.elts[-1]
+                ends = [last.lower, last.upper] if isinstance(last, ast.Slice) else [last]
+                found |= {(path.relative_to(root).as_posix(), node.lineno) for end in ends if _literal(end) >= 0}
+    return [f"{name}:{line}" for name, line in sorted(found)]
+
+
+def _asserts(node: ast.AST) -> bool:
+    """Whether a node states something that may fail a test: ``assert``, ``pytest.raises``, ``warns`` or ``fail``, or a
+    call whose name begins with ``assert``."""
+    if isinstance(node, ast.Assert):
+        return True
+    called = node.func if isinstance(node, ast.Call) else None
+    name = called.attr if isinstance(called, ast.Attribute) else called.id if isinstance(called, ast.Name) else ""
+    return name.startswith("assert") or (
+        isinstance(called, ast.Attribute)
+        and name in ("raises", "warns", "fail")
+        and ast.unparse(called.value) == "pytest"
+    )
+
+
+def tests_without_assertion(root: Path) -> list[str]:
+    """``file:line name`` of tests that state nothing, neither themselves nor in a function of the tests or of the
+    fixtures that they call, in the same file or by an import from ``tests`` or ``fixtures``."""
+    trees = {
+        ".".join(path.relative_to(root).with_suffix("").parts): ast.parse(path.read_text())
+        for room in ("tests", "fixtures")
+        for path in sorted((root / room).rglob("*.py"))
+    }
+    known: dict[str, dict[str, tuple[str, str]]] = {}
+    functions: dict[tuple[str, str], ast.AST] = {}
+    for module, tree in trees.items():
+        names = known[module] = {}
+        for node in ast.walk(tree):
+            if isinstance(node, ast.FunctionDef):
+                functions[module, node.name], names[node.name] = node, (module, node.name)
+            elif isinstance(node, ast.ImportFrom):
+                for alias in node.names:
+                    names[alias.asname or alias.name] = (node.module or "", alias.name)
+    said: dict[tuple[str, str], bool] = {}
+
+    def states(key: tuple[str, str]) -> bool:
+        if key not in said and key in functions:
+            said[key] = False  # a circle of calls states nothing
+            said[key] = any(
+                _asserts(node) or (isinstance(node, ast.Call) and states(called(key[0], node.func)))
+                for node in ast.walk(functions[key])
+            )
+        return said.get(key, False)
+
+    def called(module: str, function: ast.expr) -> tuple[str, str]:
+        if isinstance(function, ast.Attribute):
+            package, name = known[module].get(ast.unparse(function.value), ("", ""))
+            return f"{package}.{name}", function.attr
+        return known[module].get(function.id, ("", "")) if isinstance(function, ast.Name) else ("", "")
+
+    return sorted(
+        f"{module.replace('.', '/')}.py:{getattr(node, 'lineno', 0)} {name}"
+        for (module, name), node in functions.items()
+        if name.startswith("test_") and module.startswith("tests.") and not states((module, name))
+    )
 
 
 def law_mentions(house: House, law: str, own: str) -> list[str]:
@@ -362,6 +441,7 @@ def count(root: Path) -> dict[str, list[str]]:
     for room in ROOMS:
         rows[f"raw columns in {room}"] = raw_columns(house, room)
         rows[f"  above {LAST_OF_TENSOR} in {room}"] = raw_columns(house, room, LAST_OF_TENSOR)
+    rows["tables of grains by the number of a column"] = raw_tables(root)
     rows["lines of scalar laws that call numpy"] = numpy_in_laws(house)
     for kind, (law, own) in PLACES.items():
         touched = law_mentions(house, law, own)

@@ -142,7 +142,7 @@ class Plates:
 
     def stress(self) -> np.ndarray:
         """Mean normal stress (3,) [Pa] on the plates across each axis."""
-        x, r, k = self.bed.X[:, :3], self.bed.X[:, RADIUS], self.bed.V[:, STIFFNESS]
+        x, r, k = self.bed.position, self.bed.X[:, RADIUS], self.bed.V[:, STIFFNESS]
         half = 0.5 * self.size
         force = [k @ (np.maximum(r + x[:, c] - half[c], 0.0) + np.maximum(r - x[:, c] - half[c], 0.0))
                  for c in range(3)]  # fmt: skip
@@ -211,7 +211,7 @@ class Spun:
     def axes(self) -> np.ndarray:
         """Full axes (3,) [m] along x, y, z, by the second moments."""
         m = self.bed.V[:, MASS]
-        away = self.bed.X[:, :3] - m @ self.bed.X[:, :3] / m.sum()
+        away = self.bed.position - m @ self.bed.position / m.sum()
         return np.asarray(2.0 * np.sqrt(5.0 * (m @ away**2) / m.sum()))
 
     def change(self) -> float:
@@ -245,10 +245,10 @@ def let_go(spun: Spun, time: float) -> float:
         Particles(fields, grains.attributes, grains.tables), spun.bed.contact, gravity=spun.bed.gravity,
         extras=Extras(self_gravity=SelfGravity()),
     )  # fmt: skip
-    before = axes_of_inertia(free.mass, free.X[:, :3])
+    before = axes_of_inertia(free.mass, free.position)
     while free.time < time * spun.unit:
         free.step()
-    return float(np.abs(axes_of_inertia(free.mass, free.X[:, :3]) / before - 1.0).max())
+    return float(np.abs(axes_of_inertia(free.mass, free.position) / before - 1.0).max())
 
 
 def limit(angle: float, axes: Axes = BALL) -> float:

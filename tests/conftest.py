@@ -6,6 +6,7 @@ import os
 from pathlib import Path
 
 import hypothesis
+import pytest
 
 TESTS = Path(__file__).parent
 LONGEST = (
@@ -28,6 +29,23 @@ hypothesis.settings.register_profile(
     "unhurried", deadline=None, suppress_health_check=[hypothesis.HealthCheck.too_slow]
 )
 hypothesis.settings.load_profile("unhurried")
+
+
+@pytest.fixture(scope="session")
+def run_case():
+    """``run_case(case, *options, out=None)``: the command in this process, with one thread and its runs in ``out``, by
+    default the folder ``runs`` of the case: the exit code, and the run's folder (None where there is none)."""
+    from pipeline import cli
+
+    def run(case: Path, *options: str, out: Path | None = None) -> tuple[int, Path | None]:
+        out = out or Path(case) / "runs"
+        words = ["run_case", str(case), "--out", str(out), "--threads", "1", *options]
+        with pytest.MonkeyPatch.context() as patch, pytest.raises(SystemExit) as ended:
+            patch.setattr("sys.argv", words)
+            cli.run_case()
+        return int(ended.value.code or 0), next(out.glob("[!.]*-*"), None)
+
+    return run
 
 
 def pytest_collection_modifyitems(items):

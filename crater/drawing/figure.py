@@ -9,7 +9,7 @@ from typing import Any
 
 from matter.files import archive
 
-INK = ("#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f")
+INK = BLUE, RED, GREEN, VIOLET, OCHRE, GREY = "#1f4e79", "#c0392b", "#2e7d32", "#8e44ad", "#b9770e", "#37474f"
 """Colours of lines, in the order in which they are taken."""
 
 

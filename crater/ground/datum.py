@@ -175,4 +175,5 @@ def _first_sphere(points: np.ndarray, scale: float) -> tuple[np.ndarray, float]:
     middle = points.mean(axis=0)
     q = points - middle
     solution, *_ = np.linalg.lstsq(np.column_stack([2.0 * q, np.ones(len(q))]), (q**2).sum(axis=1), rcond=None)
-    return middle + solution[:3], float(np.sqrt(max(solution[3] + solution[:3] @ solution[:3], scale**2)))
+    centre, rest = solution[:-1], solution[-1]
+    return middle + centre, float(np.sqrt(max(rest + centre @ centre, scale**2)))

@@ -262,7 +262,8 @@ def _scaling(findings: Findings) -> dict[str, Any]:
         ratio = f"{diameter / value:.2f}" if np.isfinite(diameter) and not growing else ""
         last = readable.amount(final[name], "m", 3) if name in final else ""
         rows.append([scaling.NAMES[name], readable.amount(value, "m", 3), ratio, last])
-    sizes = [*found["range_m"], min(laws.values()), max(laws.values())]
+    least, most = min(laws.values()), max(laws.values())
+    sizes = [*found["range_m"], least, most]
     named = [scaling.NAMES[name] for name in found["range_of"]]
     here = (
         f" This run: {shown(ours.measures['diameter_apparent_m'])}{', still growing' if growing else ''}."
@@ -272,5 +273,5 @@ def _scaling(findings: Findings) -> dict[str, Any]:
     ends = dict(zip(("low", "high", "least", "most"), (readable.amount(size, "m", 3) for size in sizes)))
     return {
         "rows": rows, "named": f"{', '.join(named[:-1])} and {named[-1]}", **ends, "here": here,
-        "factor": f"{sizes[3] / sizes[2]:.1f}", "growth": readable.clock(found["formation_time_s"]),
+        "factor": f"{most / least:.1f}", "growth": readable.clock(found["formation_time_s"]),
     }  # fmt: skip

@@ -13,7 +13,7 @@ import numpy as np
 from crater.bodies import body_plot as plot_body
 from crater.comparison.craters import Crater
 from crater.comparison.observations import Zone
-from crater.drawing.figure import INK, figure, grid, legend_outside, save
+from crater.drawing.figure import BLUE, GREEN, INK, OCHRE, RED, VIOLET, figure, grid, legend_outside, save
 from crater.ground.radial_profile import Profile
 from crater.measures.measure import Measures
 from crater.pictures import plot_ejecta, plot_excavation, plot_heights, plot_sections
@@ -77,8 +77,8 @@ def draw_one(measures: Measures, name: str, folder: Path) -> None:
     scale, unit = readable.length_unit(float(measures.profile.radius[-1]))
     fig = figure(8.0, 4.2)
     axis = fig.add_subplot()
-    _profile_line(axis, measures.profile, scale, INK[0], name)
-    _mark(axis, measures, scale, INK[0])
+    _profile_line(axis, measures.profile, scale, BLUE, name)
+    _mark(axis, measures, scale, BLUE)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set(
         xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]"
@@ -134,14 +134,14 @@ def draw_profiles(findings: Findings, path: Path) -> None:
     moment = findings.transient.get("volume")
     grown = not findings.at_end_of_shock(moment)
     if grown and moment is not None and moment.measures is not None:
-        lines.append((moment.measures, INK[1], f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
+        lines.append((moment.measures, RED, f"transient, maximum volume (SPH, {readable.clock(moment.time)})"))
     late, grains = findings.late_sph, findings.settled_grains
     if late is not None:
         state = ", still growing" if findings.growing else ""
-        lines.append((late.measures, INK[0], f"{LATE_SHOCK}{state} ({readable.clock(late.time)})"))
+        lines.append((late.measures, BLUE, f"{LATE_SHOCK}{state} ({readable.clock(late.time)})"))
     if grains is not None:
         state = "settled grains" if grains.rest.settled else f"grains, {grains.rest.state}"
-        lines.append((grains.measures, INK[2], f"{state}, DEM ({readable.clock(grains.time)})"))
+        lines.append((grains.measures, GREEN, f"{state}, DEM ({readable.clock(grains.time)})"))
     reach = max(float(measures.profile.radius[np.isfinite(measures.profile.height)][-1]) for measures, _, _ in lines)
     reach = min(reach, _interesting(findings, reach))
     scale, unit = readable.length_unit(reach)
@@ -159,7 +159,7 @@ def draw_profiles(findings: Findings, path: Path) -> None:
             label=label,
         )
     if lines and moment is not None and moment.measures is not None:
-        _mark(axis, moment.measures, scale, INK[1] if grown else INK[0])
+        _mark(axis, moment.measures, scale, RED if grown else BLUE)
     _published_box(axis, findings, scale)
     axis.axhline(0.0, color="black", linewidth=0.8, linestyle="--")
     axis.set_xlim(-0.015 * reach * scale, reach * scale)
@@ -213,7 +213,7 @@ def _published_box(axis, findings: Findings, scale: float) -> None:
 
 def _series(axis, findings: Findings, name: str, minute: float, scale: float) -> None:
     """A measure in time with its errors, of the shock stage and of the grains."""
-    for stage, colour, word in (("sph", INK[0], "SPH"), ("dem", INK[2], "grains (DEM)")):
+    for stage, colour, word in (("sph", BLUE, "SPH"), ("dem", GREEN, "grains (DEM)")):
         chosen = [m for m in findings.moments if m.stage == stage]
         y = np.array([m.value(name) * scale for m in chosen])  # NaN breaks the line where a measure does not exist
         if np.isfinite(y).any():
@@ -266,8 +266,8 @@ def draw_series(findings: Findings, path: Path) -> None:
         low, high = (x * length for x in findings.compared.scaling["range_m"])
         laws = ", ".join(scaling.NAMES[name] for name in findings.compared.scaling["range_of"])
         words = textwrap.fill(f"pi-scaling ({laws})", 60)
-        axes[0].axhspan(low, high, color=INK[4], alpha=0.15, label=words)
-    for key, colour in (("volume", INK[1]), ("depth", INK[3])):
+        axes[0].axhspan(low, high, color=OCHRE, alpha=0.15, label=words)
+    for key, colour in (("volume", RED), ("depth", VIOLET)):
         if key in findings.transient and key not in findings.growing:
             for axis in axes:
                 axis.axvline(

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from crater.drawing.figure import INK, figure, grid, save
+from crater.drawing.figure import BLUE, GREEN, OCHRE, figure, grid, save
 from crater.results.findings import Findings
 from matter.wording import readable
 
@@ -19,9 +19,9 @@ def draw_ejecta(findings: Findings, path: Path) -> None:
     speed, mass = np.array(curve["speed_m_s"]), np.array(curve["mass_kg"])
     some = mass > 0.0
     axis.loglog(
-        speed[some], mass[some], "o-", color=INK[0], markersize=3, label=f"this run, {readable.clock(curve['time_s'])}"
+        speed[some], mass[some], "o-", color=BLUE, markersize=3, label=f"this run, {readable.clock(curve['time_s'])}"
     )
-    for (name, law), colour in zip(curve["housen_holsapple_2011_kg"].items(), (INK[4], INK[2])):
+    for (name, law), colour in zip(curve["housen_holsapple_2011_kg"].items(), (OCHRE, GREEN)):
         axis.loglog(speed, law, "--", color=colour, linewidth=1.0, label=f"Housen & Holsapple 2011, {name}")
     if some.any():
         axis.set_ylim(0.3 * mass[some].min(), 5.0 * mass.max())
@@ -39,11 +39,11 @@ def draw_launches(findings: Findings, path: Path) -> None:
     x, rim = np.array(row["x_over_a"]), row["apparent_radius_m"] / findings.settings.impact.projectile.radius
     mu, factor = (readable.measured(row[name]["value"], row[name]["sigma"]) for name in ("mu", "C1"))
     words = f"this run: mu = {mu}, C1 = {factor}"
-    speed.loglog(x, row["v_over_U"], "o-", color=INK[0], markersize=4, label=words)
-    speed.loglog(x, row["sand_v_over_U"], "--", color=INK[4], label="Housen & Holsapple 2011, dry sand: 0.41, 0.55")
+    speed.loglog(x, row["v_over_U"], "o-", color=BLUE, markersize=4, label=words)
+    speed.loglog(x, row["sand_v_over_U"], "--", color=OCHRE, label="Housen & Holsapple 2011, dry sand: 0.41, 0.55")
     speed.set_ylabel("launch speed / normal impact speed")
-    angle.semilogx(x, row["angle_deg"], "o-", color=INK[0], markersize=4)
-    angle.axhspan(35.0, 55.0, color=INK[4], alpha=0.15)
+    angle.semilogx(x, row["angle_deg"], "o-", color=BLUE, markersize=4)
+    angle.axhspan(35.0, 55.0, color=OCHRE, alpha=0.15)
     angle.set(xlabel="distance from the axis / projectile's radius", ylabel="launch angle [deg]", ylim=(0.0, 90.0))
     for axis in (speed, angle):
         axis.axvline(rim, color="black", linewidth=0.8, linestyle=":")

@@ -66,10 +66,8 @@ def facts(grains: Particles, final: Measures, transient: Measures | None, projec
     names = [str(name) for name in grains.attributes.get("materials", ())]
     unknown = [name for name in names if not shock_phases.pressures(name)]
     if "melt_fraction" in grains and projectile_mass > 0.0 and len(unknown) < len(names):
-        where = {
-            PARTS[0]: rests & (away < radius), PARTS[1]: rests & (away >= radius),
-            PARTS[2]: state == FLYING, PARTS[3]: state == REMOVED,
-        }  # fmt: skip
+        masks = rests & (away < radius), rests & (away >= radius), state == FLYING, state == REMOVED
+        where = dict(zip(PARTS, masks, strict=True))
         found["over_projectile_mass"] = {
             field: {part: _summed(grains, field, rows, projectile_mass) for part, rows in where.items()}
             for field in FRACTIONS

@@ -58,7 +58,7 @@ def contact_forces(bed: Assembly) -> tuple[np.ndarray, np.ndarray, np.ndarray, n
     """Static contacts: indices of both grains, force on the second (m, 3), branch vector (m, 3), overlap over the
     smaller radius."""
     first, second, history = bed.touching()
-    branch = bed.X[second, :3] - bed.X[first, :3]
+    branch = bed.position[second] - bed.position[first]
     d = np.linalg.norm(branch, axis=1)
     r1, r2 = bed.X[first, RADIUS], bed.X[second, RADIUS]
     overlap = r1 + r2 - d
@@ -75,12 +75,12 @@ def radial_stress(bed: Assembly, shells: Shells, window: float) -> tuple[np.ndar
     crosses.
     """
     first, second, force, branch, _ = contact_forces(bed)
-    up = bed.X[first, :3] + 0.5 * branch
+    up = bed.position[first] + 0.5 * branch
     up /= np.linalg.norm(up, axis=1)[:, None]
     rr = np.einsum("ij,ij->i", force, up) * np.einsum("ij,ij->i", branch, up)
     tt = 0.5 * (np.einsum("ij,ij->i", force, branch) - rr)
-    ends = np.sort(np.linalg.norm(np.stack([bed.X[first, :3], bed.X[second, :3]]), axis=2), axis=0)
-    distance = np.linalg.norm(bed.X[:, :3], axis=1)
+    ends = np.sort(np.linalg.norm(np.stack([bed.position[first], bed.position[second]]), axis=2), axis=0)
+    distance = np.linalg.norm(bed.position, axis=1)
     # the branch from a grain to the core is radial
     floor = np.flatnonzero(distance - bed.walls[0, WALL_RADIUS] < bed.X[:, RADIUS])
     gap = distance[floor] - bed.walls[0, WALL_RADIUS]
@@ -104,13 +104,13 @@ def coordination(bed: Assembly, which: np.ndarray) -> tuple[float, float]:
 
 def floor_force(bed: Assembly) -> float:
     """Normal force on wall 0, the core [N]."""
-    d = np.linalg.norm(bed.X[:, :3], axis=1) - bed.walls[0, WALL_RADIUS]
+    d = np.linalg.norm(bed.position, axis=1) - bed.walls[0, WALL_RADIUS]
     return float(np.sum(bed.V[:, STIFFNESS] * np.maximum(bed.X[:, RADIUS] - d, 0.0)))
 
 
 def residual(bed: Assembly, g: float) -> dict[str, float]:
     """Rms and largest speed of the grains below the datum, and rms of the headroom, over sqrt(g r)."""
-    speed = np.linalg.norm(bed.W[:, :3], axis=1)
+    speed = np.linalg.norm(bed.velocity, axis=1)
     unit = float(np.sqrt(g * bed.mean_radius))
     below = bed.headroom == 0
     head = float(np.sqrt(np.mean(speed[~below] ** 2)) / unit) if (~below).any() else 0.0
@@ -126,7 +126,7 @@ def creep(bed: Assembly) -> np.ndarray:
     """Horizontal velocity [m/s] at the pole, (x, y), of the rotation about the body's centre that fits the grains
     below the datum best."""
     below = bed.headroom == 0
-    x, v = bed.X[below, :3], bed.W[below, :3]
+    x, v = bed.position[below], bed.velocity[below]
     inertia = np.einsum("ij,ij->", x, x) * np.eye(3) - np.einsum("ij,ik->jk", x, x)
     spin = np.linalg.solve(inertia, np.cross(x, v).sum(axis=0))
     return float(np.linalg.norm(x, axis=1).max()) * np.array([spin[1], -spin[0]])

@@ -184,9 +184,9 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
     """Everything that says how good the bed is."""
     below = bed.headroom == 0
     z, rattlers = bed_measures.coordination(bed, below)
-    inner = below & (container.side_depth(bed.X[:, :3]) > bed_measures.BULK_MARGIN * bed.mean_radius)
-    inner &= (bed.X[:, 2] < -bed_measures.BULK_MARGIN * bed.mean_radius) & (
-        bed.X[:, 2] > container.floor + bed_measures.BULK_MARGIN * bed.mean_radius
+    inner = below & (container.side_depth(bed.position) > bed_measures.BULK_MARGIN * bed.mean_radius)
+    inner &= (bed.position[:, 2] < -bed_measures.BULK_MARGIN * bed.mean_radius) & (
+        bed.position[:, 2] > container.floor + bed_measures.BULK_MARGIN * bed.mean_radius
     )
     weight = float(bed.mass[below].sum() * ground.g)
     forces = bed_measures.wall_forces(bed)
@@ -197,7 +197,7 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
         "grains_headroom": int((~below).sum()),
         "mean_radius_m": bed.mean_radius,
         "packing_fraction": bed_measures.bulk_fraction(
-            bed.X[:, :3], bed.X[:, RADIUS], container, bed_measures.BULK_MARGIN * bed.mean_radius
+            bed.position, bed.X[:, RADIUS], container, bed_measures.BULK_MARGIN * bed.mean_radius
         ),
         "packing_fraction_with_walls": grains / container.volume_between(container.floor, 0.0),
         "coordination_number": z,
@@ -222,7 +222,7 @@ def across_sizes(bed: Assembly, container: Container, sizes: grading.Grading) ->
     """How grains grow, and whether coarse ones pack as fine ones do: the ``packing_fraction_fine`` within the fine
     radius and ``packing_fraction_coarse`` where grains are half as large again and more, in the bulk (``MARGIN`` of
     their own radii from walls and datum); nan where a zone has no bulk."""
-    x, mean = bed.X[:, :3], sizes.local(bed.X[:, :3])
+    x, mean = bed.position, sizes.local(bed.position)
     bulk = np.minimum(container.depth_inside(x), -x[:, 2]) > MARGIN * mean
     fine, coarse = bulk & (mean == sizes.radius), bulk & (mean > COARSE * sizes.radius)
     return {

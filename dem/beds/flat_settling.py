@@ -133,7 +133,7 @@ class FlatSettling(Settling):
     def sloshing(self, bed: Assembly) -> float:
         """Speed of the centre of mass of the bed [m/s]."""
         below = bed.headroom == 0
-        return float(np.linalg.norm(bed.mass[below] @ bed.W[below, :3]) / bed.mass[below].sum())
+        return float(np.linalg.norm(bed.mass[below] @ bed.velocity[below]) / bed.mass[below].sum())
 
     def _level(self, grains: Particles, bed: Assembly, g: float) -> Particles:
         return grains

@@ -148,16 +148,16 @@ def exchange_radii(bed: Assembly, domain: Domain, lid: bool, which: np.ndarray) 
     n, radius = len(bed.X), bed.X[:, RADIUS].copy()
     first = np.repeat(np.arange(bed.active), np.diff(bed.row))
     second = bed.col
-    overlap = radius[first] + radius[second] - np.linalg.norm(bed.X[first, :3] - bed.X[second, :3], axis=1)
+    overlap = radius[first] + radius[second] - np.linalg.norm(bed.position[first] - bed.position[second], axis=1)
     touch = overlap > 0.0
     first, second, overlap = first[touch], second[touch], overlap[touch]
     load = np.bincount(first, overlap, minlength=n) + np.bincount(second, overlap, minlength=n)
     if isinstance(domain, Container):
         _wall_overlaps(bed.X, bed.walls, load)
     else:
-        distance = np.linalg.norm(bed.X[:, :3], axis=1)
+        distance = np.linalg.norm(bed.position, axis=1)
         load += np.maximum(0.0, radius - distance + domain.floor)
-        load += np.maximum(0.0, radius - distance * np.sin(domain.half_angle - domain.polar_angle(bed.X[:, :3])))
+        load += np.maximum(0.0, radius - distance * np.sin(domain.half_angle - domain.polar_angle(bed.position)))
         if lid:
             load += np.maximum(0.0, radius + distance - domain.top)
     pressure = load / radius**2

@@ -18,6 +18,7 @@ import math
 
 import numpy as np
 
+from dem.contact.columns import XYZ
 from dem.grains.assembly import Assembly
 from matter.files import checkpoint
 
@@ -41,7 +42,7 @@ class Fire:
         """One step of the assembly and the steering after it."""
         bed = self.bed
         bed.step()
-        v, a, m = bed.W[:, :3], bed.A[:, :3], bed.mass
+        v, a, m = bed.velocity, bed.A[:, XYZ], bed.mass
         # einsum, not @: a threaded BLAS costs far more than it saves on vectors of this size
         power = float(np.einsum("i,ij,ij->", m, v, a))
         if power > 0.0:

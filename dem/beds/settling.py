@@ -121,7 +121,7 @@ class Settling:
     def deep(self) -> np.ndarray:
         """Which grains lie so far below the datum that their radii may be exchanged under load: at the datum the step
         in pressure would sort them by size."""
-        return self.elevation(self.bed.X[:, :3]) < -2.5 * self.bed.mean_radius
+        return self.elevation(self.bed.position) < -2.5 * self.bed.mean_radius
 
     def over(self, grains: Particles) -> np.ndarray:
         """Which of these grains are headroom."""
@@ -197,7 +197,7 @@ class Settling:
         if self.phase >= self.phase_index("grip"):
             full = (bed.headroom == 0).astype(float)
         else:
-            height = self.elevation(bed.X[:, :3])
+            height = self.elevation(bed.position)
             fading = np.clip(1.0 - height / (FADES * bed.mean_radius), 0.0, 1.0)
             full = fading if now.fades else (height <= 0.0).astype(float)
         bed.weight[:] = light + (1.0 - light) * full

@@ -162,16 +162,16 @@ def report_of(bed: Assembly, work: SolidSettling, settings: Settings, surface: s
     angle = friction_angle.measure(settings.contact)["angle_deg"]
     slope = surface.against(angle, body)
     z, rattlers = bed_measures.coordination(bed, np.ones(len(bed.X), dtype=bool))
-    axes, wanted = axes_of_inertia(bed.mass, bed.X[:, :3]), _axes_of(body)
+    axes, wanted = axes_of_inertia(bed.mass, bed.position), _axes_of(body)
     moved = work.moved(bed) / bed.mean_radius
     most = int(np.argmax(moved))
-    latitude, longitude = body.latitude_longitude(bed.X[most : most + 1, :3])
+    latitude, longitude = body.latitude_longitude(bed.position[most : most + 1])
     turning = np.array(body.solid.inertia * body.density @ body.omega)
     speed = work.moving(bed)
     return {
         "grains": len(bed.X),
         "mean_radius_m": bed.mean_radius,
-        "packing_fraction": solid_packing.bulk_fraction(bed.X[:, :3], bed.X[:, RADIUS], body.distance),
+        "packing_fraction": solid_packing.bulk_fraction(bed.position, bed.X[:, RADIUS], body.distance),
         "grain_volume_over_body": float(np.sum(4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3) / body.solid.volume),
         "coordination_number": z,
         "rattler_share": rattlers,
@@ -179,7 +179,7 @@ def report_of(bed: Assembly, work: SolidSettling, settings: Settings, surface: s
         "mass_kg": float(bed.mass.sum()),
         "mass_error": float(bed.mass.sum() / body.mass - 1.0),
         "mass_correction_max": work.correction,
-        "centre_of_mass_m": (bed.mass @ bed.X[:, :3] / bed.mass.sum()).tolist(),
+        "centre_of_mass_m": (bed.mass @ bed.position / bed.mass.sum()).tolist(),
         "axes_of_inertia_m": axes.tolist(),
         "axes_of_inertia_target_m": wanted.tolist(),
         "axes_error_max": float(np.abs(axes / wanted - 1.0).max()),

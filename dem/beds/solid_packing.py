@@ -102,11 +102,11 @@ class Inside:
     def add(self, bed: GrainList, pull: np.ndarray) -> None:
         """Add its acceleration to ``pull`` (moving grains, 3)."""
         k = slice(0, bed.moving)
-        depth, inwards = self.distance.at(bed.X[k, :3])
+        depth, inwards = self.distance.at(bed.position[k])
         repulsion = bed.V[k, STIFFNESS] / bed.V[k, MASS] * np.maximum(bed.X[k, RADIUS] - self.stand - depth, 0.0)
         pull += repulsion[:, None] * inwards
 
     def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """1/2 sum k (r - depth)^2 [J]."""
-        over = np.maximum(bed.X[part, RADIUS] - self.stand - self.distance.at(bed.X[part, :3])[0], 0.0)
+        over = np.maximum(bed.X[part, RADIUS] - self.stand - self.distance.at(bed.position[part])[0], 0.0)
         return float(0.5 * bed.V[part, STIFFNESS] @ over**2)

@@ -169,7 +169,7 @@ class SolidSettling(Settling):
         """The grains smaller by the mean overlap, with masses for where they are."""
         first, second, _ = self.bed.touching()
         r = self.bed.X[:, RADIUS]
-        overlap = r[first] + r[second] - np.linalg.norm(self.bed.X[first, :3] - self.bed.X[second, :3], axis=1)
+        overlap = r[first] + r[second] - np.linalg.norm(self.bed.position[first] - self.bed.position[second], axis=1)
         mean = float(np.mean(np.maximum(overlap, 0.0) / (r[first] + r[second]))) if len(first) else 0.0
         return self._weighed(grains.position, (1.0 - mean) * grains.radius, grains)
 
@@ -178,12 +178,12 @@ class SolidSettling(Settling):
         assert self.aside is not None
         position = np.empty_like(self.aside.position)
         position[self.aside.identity] = self.aside.position
-        return np.asarray(np.linalg.norm(bed.X[:, :3] - position[bed.identity], axis=1))
+        return np.asarray(np.linalg.norm(bed.position - position[bed.identity], axis=1))
 
     def moving(self, bed: Assembly) -> dict[str, float]:
         """Rms and largest speed against the rotation of the body as a whole, over sqrt(g r)."""
         k = slice(0, bed.moving)
-        m, x, v = bed.mass[k], bed.X[k, :3], bed.W[k, :3]
+        m, x, v = bed.mass[k], bed.position[k], bed.velocity[k]
         centre, drift = m @ x / m.sum(), m @ v / m.sum()
         rest = v - drift - np.cross(cached_gravity.angular_velocity(bed), x - centre)
         speed, unit = np.linalg.norm(rest, axis=1), math.sqrt(self.surface_gravity() * bed.mean_radius)

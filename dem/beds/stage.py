@@ -149,8 +149,8 @@ def explain(settings: Settings) -> list[str]:
     return [
         f"{settings.count:,} grains (count) of {size} in a bed of {readable.length(wide)} radius: "
         f"{crater / grains.radius:.2g} per crater radius ({readable.length(crater)})",
-        f"the bed reaches {wide / extent.settled_radius(settings.impact):.2g} radii of the widest settled crater that "
-        f"is expected ({readable.length(extent.settled_radius(settings.impact))})",
+        f"its radius is {wide / extent.settled_radius(settings.impact):.2g} times that of the widest settled crater "
+        f"expected ({readable.length(extent.settled_radius(settings.impact))})",
         f"{steps(settings):,.0f} steps to rest",
         *blocks,
     ]
@@ -231,9 +231,9 @@ def _make(settings: Settings, body: LayeredBody, domain: Cap, out: Path) -> None
 def _report(bed: Assembly, body: LayeredBody, domain: Cap, facts: dict[str, float]) -> dict[str, Any]:
     """Everything that says how good the bed is."""
     g = float(body.gravity().strength(np.array(body.radius)))
-    distance = np.linalg.norm(bed.X[:, :3], axis=1)
+    distance = np.linalg.norm(bed.position, axis=1)
     below = bed.headroom == 0
-    shells = bed_measures.Shells(bed.X[:, :3], bed.X[:, RADIUS], domain, 0.25 * bed.mean_radius, domain.datum)
+    shells = bed_measures.Shells(bed.position, bed.X[:, RADIUS], domain, 0.25 * bed.mean_radius, domain.datum)
     window = 5.0 * bed.mean_radius
     volume = 4.0 / 3.0 * np.pi * bed.X[:, RADIUS] ** 3
     phi = shells.smooth(np.asarray(shells.grain_volume.sum(axis=0)).ravel(), window)

@@ -75,7 +75,7 @@ class PoseTracker:
     def now(self, bed: GrainList) -> tuple[np.ndarray, np.ndarray]:
         """Centre of mass (3,) of the grains in the contact search (of all that move, where none is), and R (3, 3)."""
         here = bed.state == (ACTIVE if bed.active else BALLISTIC)
-        m, x = bed.mass[here], bed.X[here, :3]
+        m, x = bed.mass[here], bed.position[here]
         before = self.position[np.searchsorted(self.identity, bed.identity[here])]
         centre = m @ x / m.sum()
         u, _, v = np.linalg.svd(np.einsum("i,ij,ik->jk", m, x - centre, before - m @ before / m.sum()))
@@ -85,13 +85,13 @@ class PoseTracker:
     def turned_back(self, bed: GrainList) -> np.ndarray:
         """Places (n, 3) [m] of all grains from the centre, in the frame in which the body rests."""
         centre, turn = self.now(bed)
-        return np.asarray((bed.X[:, :3] - centre) @ turn)
+        return np.asarray((bed.position - centre) @ turn)
 
 
 def bound(bed: GrainList, distance: np.ndarray) -> np.ndarray:
     """(n,) whether a grain at this ``distance`` [m] from the body's centre is slower than it can leave: as if all mass
     were there."""
     k = slice(0, bed.active or bed.moving)
-    drift = bed.mass[k] @ bed.W[k, :3] / bed.mass[k].sum()
-    speed2 = np.sum((bed.W[:, :3] - drift) ** 2, axis=1)
+    drift = bed.mass[k] @ bed.velocity[k] / bed.mass[k].sum()
+    speed2 = np.sum((bed.velocity - drift) ** 2, axis=1)
     return np.asarray(0.5 * speed2 < G * bed.mass[k].sum() / np.maximum(distance, 1e-300))

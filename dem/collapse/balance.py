@@ -52,10 +52,10 @@ class Balance:
     @classmethod
     def begin(cls, bed: Assembly, gravity: float, handed: float) -> Balance:
         """That of the present state; ``gravity`` g [m/s^2] at the surface."""
-        m, speed = bed.mass, np.linalg.norm(bed.W[:, :3], axis=1)
+        m, speed = bed.mass, np.linalg.norm(bed.velocity, axis=1)
         if not speed.any():  # a control run: errors count against sqrt(g r), what a fall by half a radius gives
             speed = np.full(len(m), np.sqrt(gravity * bed.mean_radius))
-        arms = np.linalg.norm(bed.X[:, :3], axis=1)
+        arms = np.linalg.norm(bed.position, axis=1)
         return cls(
             bed.momentum(), bed.angular_momentum(), sum(bed.energies().values()), handed, float(np.sum(m * speed)),
             float(np.sum(m * arms * speed))

@@ -34,7 +34,7 @@ THETA = 0.3
 def escapes(bed: Assembly) -> np.ndarray:
     """(n,) whether each grain leaves the body, or has left it, for good."""
     k = np.arange(len(bed.X)) < bed.moving
-    m, x, v = bed.mass, bed.X[:, :3], bed.W[:, :3]
+    m, x, v = bed.mass, bed.position, bed.velocity
     drift = m @ v / m.sum()
     here = np.arange(len(bed.X)) < (bed.active or bed.moving)
     centre = m[here] @ x[here] / max(float(m[here].sum()), 1e-300)
@@ -54,8 +54,8 @@ def report(bed: Assembly, shot: Mapping[str, Any] | None, block: np.ndarray | No
     (number, mass, momentum) among what leaves where ``block`` (n,) says which grains are some; beta where the start
     says what the projectile brought (``shot``: its momentum and the normal of the site)."""
     away = escapes(bed)
-    lost = bed.mass[away] @ bed.W[away, :3]
-    body = bed.mass[~away] @ bed.W[~away, :3]
+    lost = bed.mass[away] @ bed.velocity[away]
+    body = bed.mass[~away] @ bed.velocity[~away]
     found: dict[str, Any] = {
         "mass_kg": float(bed.mass[away].sum()),
         "grains": int(np.count_nonzero(away)),
@@ -67,7 +67,7 @@ def report(bed: Assembly, shot: Mapping[str, Any] | None, block: np.ndarray | No
         found["blocks"] = {
             "number": int(np.count_nonzero(mine)),
             "mass_kg": float(bed.mass[mine].sum()),
-            "momentum_kg_m_s": (bed.mass[mine] @ bed.W[mine, :3]).tolist(),
+            "momentum_kg_m_s": (bed.mass[mine] @ bed.velocity[mine]).tolist(),
         }
     if shot is None:
         return found

@@ -36,7 +36,7 @@ from dem.beds.whole_body_bed import WholeBody
 from dem.collapse import flight
 from dem.collapse.collapse_run import COLUMNS, Collapse
 from dem.collapse.stillness import STILL_CHANGE
-from dem.contact.columns import DISSIPATED, ENERGY_REMOVED, MASS, RADIUS, TOUCHING
+from dem.contact.columns import DISSIPATED, ENERGY_REMOVED, MASS, RADIUS, TOUCHING, XYZ
 from dem.engines import binary_dump, deviations, lammps, liggghts, program, wall_meshes
 from dem.engines.central_gravity import Polynomial
 from dem.engines.over_body import OverBody
@@ -85,7 +85,7 @@ class ExternalCollapse(Collapse):
         )
         flight.look(bed, self.domain)
         self.aloft = np.sort(
-            bed.identity[(bed.state == BALLISTIC) & self.over.stays_away(bed.X[:, :3], bed.W[:, :3], rest)]
+            bed.identity[(bed.state == BALLISTIC) & self.over.stays_away(bed.position, bed.velocity, rest)]
         )
         grains = bed.particles({"time": bed.start_time, "species": []}, tables=False)
         grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
@@ -111,18 +111,18 @@ class ExternalCollapse(Collapse):
         """Move the grains that fly here by ``steps`` steps of velocity Verlet."""
         bed = self.bed
         here = np.isin(bed.identity, self.aloft) & (bed.state == BALLISTIC)
-        x, v = bed.X[here, :3], bed.W[here, :3]
+        x, v = bed.position[here], bed.velocity[here]
         for _ in range(steps):
             v = v + 0.5 * bed.dt * self.over.pull(x)
             x = x + bed.dt * v
             v = v + 0.5 * bed.dt * self.over.pull(x)
-        bed.X[here, :3], bed.W[here, :3], bed.V[here, :3] = x, v, v
+        bed.position[here], bed.velocity[here], bed.V[here, XYZ] = x, v, v
 
     def _skin(self) -> float:
         """Skin in mean radii: what lets the fastest grain go some steps before the engine rebuilds its list."""
         bed = self.bed
         there = (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft)
-        fastest = float(np.max(np.linalg.norm(bed.W[there, :3], axis=1)))
+        fastest = float(np.max(np.linalg.norm(bed.velocity[there], axis=1)))
         return float(np.clip(2.0 * LIST_STEPS * fastest * bed.dt / bed.mean_radius, 0.1, 0.6))
 
     # -- time
@@ -191,7 +191,7 @@ class ExternalCollapse(Collapse):
         seen[at] = True
         keep = bed.state[at] != LEFT  # those are booked, whatever the engine still does with them
         at, table = at[keep], table[keep]
-        bed.X[at, :3], bed.W[at], bed.V[at, :MASS] = table[:, _POSITION], table[:, _MOTION], table[:, _MOTION]
+        bed.position[at], bed.W[at], bed.V[at, :MASS] = table[:, _POSITION], table[:, _MOTION], table[:, _MOTION]
         self._fly(step - bed.steps)
         bed.steps = step
         self._book_missing(~seen & (bed.state != LEFT) & ~np.isin(bed.identity, self.aloft))
@@ -212,9 +212,9 @@ class ExternalCollapse(Collapse):
         bed = self.bed
         if not missing.any():
             return
-        travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.W[:, :3], axis=1) + 2.0 * bed.X[:, RADIUS]
-        beyond = missing & (np.max(np.abs(bed.X[:, :3]), axis=1) + travel > self.scene.reach)
-        past_side = missing & ~beyond & self.over.past_side(bed.X[:, :3], travel)
+        travel = 2.0 * self.row_steps * bed.dt * np.linalg.norm(bed.velocity, axis=1) + 2.0 * bed.X[:, RADIUS]
+        beyond = missing & (np.max(np.abs(bed.position), axis=1) + travel > self.scene.reach)
+        past_side = missing & ~beyond & self.over.past_side(bed.position, travel)
         lost = missing & ~beyond & ~past_side
         if lost.any():
             raise UnphysicalState(

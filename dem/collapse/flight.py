@@ -44,8 +44,8 @@ def look(bed: Assembly, domain: Domain | WholeBody) -> None:
 def _due(bed: Assembly, domain: Domain | WholeBody) -> np.ndarray:
     """(n,) which of ``CHANGES`` each grain is due for, counted from 1; 0 for none."""
     flat = isinstance(domain, Container)
-    position = bed.X[:, :3] - _centre(bed) if isinstance(domain, WholeBody) else bed.X[:, :3]
-    distance = bed.X[:, 2] if flat else np.linalg.norm(position, axis=1)
+    position = bed.position - _centre(bed) if isinstance(domain, WholeBody) else bed.position
+    distance = bed.position[:, 2] if flat else np.linalg.norm(position, axis=1)
     touching = np.zeros(len(bed.X), dtype=bool)
     first, second, _ = bed.touching()
     touching[first] = touching[second] = True
@@ -53,20 +53,20 @@ def _due(bed: Assembly, domain: Domain | WholeBody) -> np.ndarray:
     largest = float(bed.X[:, RADIUS].max())
     top = float(np.max((distance + bed.X[:, RADIUS])[touching], initial=domain.top))
     shell = top + 2.0 * largest
-    outward = bed.W[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", position, bed.W[:, :3]) > 0.0
-    outside = domain.outside(bed.X[:, :3])
-    speed2 = np.einsum("ij,ij->i", bed.W[:, :3], bed.W[:, :3])
+    outward = bed.velocity[:, 2] > 0.0 if flat else np.einsum("ij,ij->i", position, bed.velocity) > 0.0
+    outside = domain.outside(bed.position)
+    speed2 = np.einsum("ij,ij->i", bed.velocity, bed.velocity)
     if isinstance(domain, WholeBody):
         stays, far = bound(bed, distance), min(BODY_RADII, domain.hill_radius / domain.datum)
     else:
-        stays, far = 0.5 * speed2 + bed.gravity.potential(bed.X[:, :3]) < 0.0, ESCAPE_RADII
+        stays, far = 0.5 * speed2 + bed.gravity.potential(bed.position) < 0.0, ESCAPE_RADII
     active, flying = bed.state == ACTIVE, bed.state == BALLISTIC
     reach = 2.0 * EVERY * bed.dt * np.sqrt(speed2) + 2.0 * largest
 
     aside = active & outside & (distance < domain.top)
     across = (
         ~outside
-        & (domain.side_depth(bed.X[:, :3]) < bed.X[:, RADIUS])
+        & (domain.side_depth(bed.position) < bed.X[:, RADIUS])
         & ~outward
         & (distance >= domain.top)
         & (distance < domain.top + reach)
@@ -87,7 +87,7 @@ def _due(bed: Assembly, domain: Domain | WholeBody) -> np.ndarray:
 def _centre(bed: Assembly) -> np.ndarray:
     """Centre of mass (3,) [m] of the grains in the contact search, of all that move where none is."""
     k = slice(0, bed.active or bed.moving)
-    return np.asarray(bed.mass[k] @ bed.X[k, :3] / bed.mass[k].sum())
+    return np.asarray(bed.mass[k] @ bed.position[k] / bed.mass[k].sum())
 
 
 def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarray:
@@ -101,7 +101,7 @@ def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarra
     """
     from scipy.spatial import cKDTree
 
-    position, radius = bed.X[:, :3], bed.X[:, RADIUS]
+    position, radius = bed.position, bed.X[:, RADIUS]
     taken = np.arange(len(bed.X)) < bed.active
     tree = cKDTree(np.concatenate([position[: bed.active], position[candidates]]))
     index = np.concatenate([np.arange(bed.active), candidates])
@@ -119,10 +119,10 @@ def _free(bed: Assembly, candidates: np.ndarray, above: np.ndarray) -> np.ndarra
 
 def damp(bed: Assembly, domain: Domain | WholeBody) -> None:
     """Set the damping of the outermost grains for where they are now; what flies is not damped."""
-    drag = domain.drag(bed.X[:, :3])
+    drag = domain.drag(bed.position)
     drag[bed.active :] = 0.0
     if isinstance(domain, Container):
-        drag[bed.X[:, 2] > domain.top] = 0.0
+        drag[bed.position[:, 2] > domain.top] = 0.0
     else:
-        drag[np.einsum("ij,ij->i", bed.X[:, :3], bed.X[:, :3]) > domain.top**2] = 0.0
+        drag[np.einsum("ij,ij->i", bed.position, bed.position) > domain.top**2] = 0.0
     bed.drag[:] = drag

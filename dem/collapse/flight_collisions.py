@@ -33,10 +33,10 @@ def collide(bed: Assembly, dt: float) -> int:
     if len(flying) < 2:
         return 0
     assert np.all(bed.state[flying] == BALLISTIC)
-    drift = bed.W[flying, :3] - np.median(bed.W[flying, :3], axis=0)
+    drift = bed.velocity[flying] - np.median(bed.velocity[flying], axis=0)
     way = dt * np.sqrt(np.einsum("ij,ij->i", drift, drift))
     reach = bed.X[flying, RADIUS] + float(bed.X[flying, RADIUS].max()) + 2.0 * way
-    cells = _Cells(bed.X[flying, :3], float(np.median(reach)))
+    cells = _Cells(bed.position[flying], float(np.median(reach)))
     order = cells.order
     pairs = encounters(
         bed.X[flying[order]],

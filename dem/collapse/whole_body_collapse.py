@@ -77,7 +77,7 @@ def report(
         }
     return {
         "angular_velocity_1_s": cached_gravity.angular_velocity(bed).tolist(),
-        "axes_of_inertia_m": axes_of_inertia(bed.mass[k], bed.X[k, :3]).tolist(),
+        "axes_of_inertia_m": axes_of_inertia(bed.mass[k], bed.position[k]).tolist(),
         "turned": tracker.now(bed)[1].tolist(),
         "pull_interval_s": bed.pull_interval,
         "pull_removed_over_weight": float(bed.pull_state[cached_gravity.WORST]),

@@ -20,6 +20,8 @@ from __future__ import annotations
 
 from dem.laws import dispatch
 
+XYZ = slice(0, 3)
+"""Position, velocity, acceleration or force in each of these tables."""
 RADIUS = 3
 WX, WY, WZ = 3, 4, 5
 TX, TY, TZ = 3, 4, 5

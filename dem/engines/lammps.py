@@ -110,7 +110,7 @@ def _upright(wall: Wall, name: str) -> str:
     face = 0 if wall.direction[axis] > 0 else 1
     bounds = ["INF"] * 6
     bounds[2 * axis + face] = f"{wall.point[axis]:.17g}"
-    bounds[5] = f"{wall.point[2] + wall.top:.17g}"
+    bounds[-1] = f"{wall.point[2] + wall.top:.17g}"
     opened = " ".join(f"open {k + 1}" for k in range(6) if k != 2 * axis + face)
     return f"region {name} block {' '.join(bounds)} side in {opened}"
 

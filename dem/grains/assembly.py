@@ -269,7 +269,7 @@ class Assembly(GrainList):
     def _refuse_overlap(self) -> None:
         c = int(np.argmax(self._pair_report[:, forces.OVERLAP]))
         i, j = (int(self._pair_report[c, k]) for k in (forces.OVERLAP_I, forces.OVERLAP_J))
-        closing = float(np.linalg.norm(self.W[j, :3] - self.W[i, :3]))
+        closing = float(np.linalg.norm(self.velocity[j] - self.velocity[i]))
         raise UnphysicalState(
             f"grains {self.identity[i]} and {self.identity[j]} overlap by {self.worst:.3f} of the smaller radius "
             f"(limit {self.overlap_limit:g}) at a relative speed of {closing:.4g} m/s; first: {self.where(i)}; "

@@ -19,7 +19,7 @@ Then comes what acts from outside (``ExternalForce``): ``dem.grains.tide``, ``de
 from __future__ import annotations
 
 import math
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -53,14 +53,12 @@ def _turn(held, turn, pull):
 
 
 @kernel
-def _sums(X, V, count, vectors, centre, out):
-    """Centre of mass of the first ``count`` grains; sums over them in ``out`` (11,): m, m |a|^2 of the ``vectors`` a,
-    m x' x a (3), m (yy + zz, -xy, -xz, xx + zz, -yz, xx + yy); and m a in ``centre[1]``."""
+def _sums(X, V, count, vectors, centre):
+    """Centre of mass of the first ``count`` grains and, in ``centre[1]``, the sum of m a of the ``vectors`` a; returns
+    the sums of m, of m |a|^2, of m x' x a (3) and of m (yy + zz, -xy, -xz, xx + zz, -yz, xx + yy)."""
     total = 0.0
     for k in range(3):
         centre[0, k], centre[1, k] = 0.0, 0.0
-    for k in range(11):
-        out[k] = 0.0
     for i in range(count):
         m = V[i, MASS]
         total += m
@@ -69,20 +67,22 @@ def _sums(X, V, count, vectors, centre, out):
             centre[1, k] += m * vectors[i, k]
     for k in range(3):
         centre[0, k] /= total
-    out[0] = total
+    square, lx, ly, lz = 0.0, 0.0, 0.0, 0.0
+    ixx, ixy, ixz, iyy, iyz, izz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(count):
         m, x, y, z = V[i, MASS], X[i, 0] - centre[0, 0], X[i, 1] - centre[0, 1], X[i, 2] - centre[0, 2]
         a, b, c = vectors[i, 0], vectors[i, 1], vectors[i, 2]
-        out[1] += m * (a * a + b * b + c * c)
-        out[2] += m * (y * c - z * b)
-        out[3] += m * (z * a - x * c)
-        out[4] += m * (x * b - y * a)
-        out[5] += m * (y * y + z * z)
-        out[6] -= m * x * y
-        out[7] -= m * x * z
-        out[8] += m * (x * x + z * z)
-        out[9] -= m * y * z
-        out[10] += m * (x * x + y * y)
+        square += m * (a * a + b * b + c * c)
+        lx += m * (y * c - z * b)
+        ly += m * (z * a - x * c)
+        lz += m * (x * b - y * a)
+        ixx += m * (y * y + z * z)
+        ixy -= m * x * y
+        ixz -= m * x * z
+        iyy += m * (x * x + z * z)
+        iyz -= m * y * z
+        izz += m * (x * x + y * y)
+    return total, square, (lx, ly, lz), (ixx, ixy, ixz, iyy, iyz, izz)
 
 
 @kernel
@@ -101,15 +101,14 @@ def _take_out(X, V, centre, shift, twist, pull):
     return total
 
 
-def _rigid(X: np.ndarray, V: np.ndarray, count: int, vectors: np.ndarray) -> tuple[np.ndarray, ...]:
+def _rigid(X: np.ndarray, V: np.ndarray, count: int, vectors: np.ndarray) -> tuple[Any, ...]:
     """Centre of mass (2, 3) as ``_sums`` leaves it, mean (3,) and rotation (3,) of ``vectors``: the rigid motion with
-    their sum and moment; and the sum of m |a|^2 (1,)."""
-    centre, sums = np.empty((2, 3)), np.empty(11)
-    _sums(X, V, count, vectors, centre, sums)
-    a, b, c, d, e, f = sums[5:]
+    their sum and moment; and the sum of m |a|^2."""
+    centre = np.empty((2, 3))
+    mass, square, moment, (a, b, c, d, e, f) = _sums(X, V, count, vectors, centre)
     # two grains, or grains in a line, have no inertia about it, and no moment either
-    twist = np.linalg.lstsq(np.array([[a, b, c], [b, d, e], [c, e, f]]), sums[2:5], rcond=None)[0]
-    return centre, centre[1] / sums[0], twist, sums[1:2]
+    twist = np.linalg.lstsq(np.array([[a, b, c], [b, d, e], [c, e, f]]), np.array(moment), rcond=None)[0]
+    return centre, centre[1] / mass, twist, square
 
 
 def angular_velocity(bed: GrainList) -> np.ndarray:
@@ -121,9 +120,9 @@ def angular_velocity(bed: GrainList) -> np.ndarray:
 def without_net(bed: GrainList, pull: np.ndarray) -> float:
     """Take net force and torque out of the acceleration ``pull`` (moving grains, 3), in place; returns the rms of the
     correction over that of the field."""
-    centre, shift, twist, squares = _rigid(bed.X, bed.V, len(pull), pull)
+    centre, shift, twist, square = _rigid(bed.X, bed.V, len(pull), pull)
     taken = _take_out(bed.X, bed.V, centre, shift, twist, pull)
-    return math.sqrt(taken / max(float(squares[0]), 1e-300))
+    return math.sqrt(taken / max(square, 1e-300))
 
 
 def energy_with(bed: GrainList, where: np.ndarray) -> float:
@@ -134,7 +133,9 @@ def energy_with(bed: GrainList, where: np.ndarray) -> float:
         return float(own)
     k = np.arange(len(bed.X)) < bed.moving
     rest = k & ~where
-    whole, left = (bed.self_gravity.energy(bed.X[part, :3], bed.mass[part], bed.X[part, RADIUS]) for part in (k, rest))
+    whole, left = (
+        bed.self_gravity.energy(bed.position[part], bed.mass[part], bed.X[part, RADIUS]) for part in (k, rest)
+    )
     return float(own + whole - left)
 
 
@@ -150,7 +151,7 @@ def attract(bed: GrainList, renew: bool = False) -> None:
     else:
         state[SINCE] += bed.dt
         if renew or state[SINCE] >= bed.pull_interval * (1.0 - 1e-9):
-            bed.cached_acceleration[k] = law.acceleration(bed.X[k, :3], bed.mass[k], bed.X[k, RADIUS])
+            bed.cached_acceleration[k] = law.acceleration(bed.position[k], bed.mass[k], bed.X[k, RADIUS])
             state[SINCE], state[SPIN] = 0.0, angular_velocity(bed)
         _turn(bed.cached_acceleration[k], rotation(state[SPIN] * state[SINCE]), pull)
         state[REMOVED] = without_net(bed, pull)

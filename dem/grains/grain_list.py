@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from dem.contact import walls
-from dem.contact.columns import MASS, OFFSET, RADIUS, STIFFNESS, TOUCHING, WX
+from dem.contact.columns import MASS, OFFSET, RADIUS, STIFFNESS, TOUCHING, WX, XYZ
 from dem.contact.contact_scheme import Chunk, Scheme
 from dem.contact.gravity import Field
 from dem.grains import contact_tables, pair_list, size_levels
@@ -120,11 +120,11 @@ class GrainList:
         ``forces_follow``: forces are evaluated before anybody reads them again, and need not be sorted.
         """
         if known is None:
-            old = self.first, self.col, self._known, self.hist
+            history, old = self.hist, (self.first, self.col, self._known, self.hist)
         else:
             first, second, history = known
             old = first.astype(np.int32), second.astype(np.int32), np.ones(len(first), dtype=np.int8), history
-        self._adapt_skin(float(old[3][:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
+        self._adapt_skin(float(history[:, OFFSET].max(initial=0.0)) if self.scheme.offset else 0.0)
         active = int(np.count_nonzero(self.state == ACTIVE))
         self.active, self.moving = active, active + int(np.count_nonzero(self.state == BALLISTIC))
         by_state = np.argsort(self.state, kind="stable")
@@ -212,7 +212,7 @@ class GrainList:
         overlap = (
             self.X[first, RADIUS]
             + self.X[self.col, RADIUS]
-            - np.linalg.norm(self.X[first, :3] - self.X[self.col, :3], axis=1)
+            - np.linalg.norm(self.position[first] - self.position[self.col], axis=1)
         )
         fresh = (overlap > 0.0) & (self.hist[:, TOUCHING] == 0.0) & (self.hist[:, OFFSET] == 0.0)
         self.hist[fresh, OFFSET] = -overlap[fresh]
@@ -228,33 +228,33 @@ class GrainList:
     @property
     def position(self) -> np.ndarray:
         """Positions [m], in the present order."""
-        return self.X[:, :3]
+        return self.X[:, XYZ]
 
     @property
     def velocity(self) -> np.ndarray:
         """Velocities [m/s], in the present order."""
-        return self.W[:, :3]
+        return self.W[:, XYZ]
 
     def momentum(self) -> np.ndarray:
         """Linear momentum of all grains that have not left [kg m/s]."""
-        return self.mass[: self.moving] @ self.W[: self.moving, :3]
+        return self.mass[: self.moving] @ self.velocity[: self.moving]
 
     def angular_momentum(self) -> np.ndarray:
         """Angular momentum about the origin, orbital and spin [kg m^2/s]."""
         k = slice(0, self.moving)
         inertia = 0.4 * self.mass[k] * self.X[k, RADIUS] ** 2
-        return self.mass[k] @ np.cross(self.X[k, :3], self.W[k, :3]) + inertia @ self.W[k, WX:]
+        return self.mass[k] @ np.cross(self.position[k], self.velocity[k]) + inertia @ self.W[k, WX:]
 
     def energies(self) -> dict[str, float]:
         """Kinetic, rotational, gravitational and elastic energy [J] of the grains that have not left."""
         k = slice(0, self.moving)
         m = self.mass[k]
-        own = self.self_gravity.energy(self.X[k, :3], m, self.X[k, RADIUS]) if self.self_gravity else 0.0
+        own = self.self_gravity.energy(self.position[k], m, self.X[k, RADIUS]) if self.self_gravity else 0.0
         own += sum(outer.energy(self, k) for outer in self.outer)
         return {
-            "kinetic_J": float(0.5 * m @ np.sum(self.W[k, :3] ** 2, axis=1)),
+            "kinetic_J": float(0.5 * m @ np.sum(self.velocity[k] ** 2, axis=1)),
             "rotational_J": float(0.2 * (m * self.X[k, RADIUS] ** 2) @ np.sum(self.W[k, WX:] ** 2, axis=1)),
-            "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.X[k, :3])) + own,
+            "gravitational_J": float((m * self.weight[k]) @ self.gravity.potential(self.position[k])) + own,
             "elastic_J": self.elastic,
         }
 
@@ -267,7 +267,7 @@ class GrainList:
 
     def where(self, i: int) -> str:
         """Time, position and values of a grain, for a message."""
-        x, v = self.X[i, :3], self.W[i, :3]
+        x, v = self.position[i], self.velocity[i]
         return (
             f"t = {self.time:.6g} s, position ({x[0]:.5g}, {x[1]:.5g}, {x[2]:.5g}) m, "
             f"velocity ({v[0]:.4g}, {v[1]:.4g}, {v[2]:.4g}) m/s, "
@@ -280,7 +280,7 @@ class GrainList:
         """The grains as a snapshot in the order of their identities; ``tables`` adds the contact history."""
         order = np.argsort(self.identity, kind="stable")
         fields = {
-            "identity": self.identity, "position": self.X[:, :3], "velocity": self.W[:, :3],
+            "identity": self.identity, "position": self.position, "velocity": self.velocity,
             "angular_velocity": self.W[:, WX:],
             "mass": self.V[:, MASS], "radius": self.X[:, RADIUS], "material": self.material, "species": self.kind,
             "headroom": self.headroom,

@@ -84,7 +84,7 @@ class Tide:
     def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """-G M sum m (1/|d - x| - 1/|d|) [J]."""
         d = self._now(bed)
-        away = 1.0 / np.linalg.norm(d - bed.X[part, :3], axis=1) - 1.0 / np.linalg.norm(d)
+        away = 1.0 / np.linalg.norm(d - bed.position[part], axis=1) - 1.0 / np.linalg.norm(d)
         return float(-G * self.mass * (bed.mass[part] @ away))
 
     def _now(self, bed: GrainList) -> np.ndarray:

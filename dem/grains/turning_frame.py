@@ -35,13 +35,13 @@ class Centrifugal:
 
     def energy(self, bed: GrainList, part: np.ndarray | slice) -> float:
         """-1/2 sum m |omega x (x - x_c)|^2 [J]."""
-        m, x = bed.mass, bed.X[:, :3]
+        m, x = bed.mass, bed.position
         centre = m[: bed.moving] @ x[: bed.moving] / m[: bed.moving].sum()
         fast = np.cross(self.omega, x[part] - centre)
         return float(-0.5 * m[part] @ np.einsum("ij,ij->i", fast, fast))
 
     def _away(self, bed: GrainList) -> np.ndarray:
-        m, x = bed.mass[: bed.moving], bed.X[: bed.moving, :3]
+        m, x = bed.mass[: bed.moving], bed.position[: bed.moving]
         return np.asarray(x - (m @ x) / m.sum())
 
 

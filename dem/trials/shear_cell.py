@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from dem.contact.columns import HISTORY, MASS, RADIUS, STIFFNESS, TOUCHING, TX, WX
+from dem.contact.columns import HISTORY, MASS, RADIUS, STIFFNESS, TOUCHING, TX, WX, XYZ
 from dem.contact.settings import Contact
 from dem.grains import pair_list
 from dem.trials.cell_forces import (
@@ -177,11 +177,21 @@ class Cell:
             np.zeros(12 * n, dtype=np.int32),
             np.zeros((0, HISTORY)),
         )
-        self.start = self.X[:, :3].copy()
+        self.start = self.position.copy()
         self.rate, self.pressure, self.drag, self.gravity = 0.0, 0.0, 0.0, np.zeros(3)
         self.overlap_limit = 0.5
         self.slab = np.array([-np.inf, np.inf])
         self._build()
+
+    @property
+    def position(self) -> np.ndarray:
+        """Positions (n, 3), a view."""
+        return self.X[:, XYZ]
+
+    @property
+    def velocity(self) -> np.ndarray:
+        """Velocities (n, 3), a view."""
+        return self.W[:, XYZ]
 
     def set_law(self, contact_law: Contact) -> None:
         """Another contact law from here on; springs start from zero."""
@@ -197,7 +207,7 @@ class Cell:
         known = np.zeros(len(self.hist), dtype=np.int8)
         new_index = np.arange(n, dtype=np.int32)
         pair_list.carry(0, m, old, new_index, self.row, self.col[: len(known)], self.hist, known)
-        self.start = self.X[:, :3].copy()
+        self.start = self.position.copy()
 
     def run(self, steps: int) -> dict[str, float]:
         """Advance and return means over these steps: stresses ``xx yy zz xz``, ``fluctuation`` (kinetic energy of a

@@ -51,7 +51,7 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
         mean = cell.run(stretch)
         flow = mean["flow"]
         now, time = _mean_velocity(cell), stretch * cell.dt
-        if cell.X[:, 2].min() < -1.0:
+        if cell.position[:, 2].min() < -1.0:
             raise Unsound("grains have fallen through the base of the tilted bed")
         progress.update(angle, f"{angle:.2f} deg, {flow:.3g} sqrt(g d)")
         stop_here("friction angle")
@@ -72,7 +72,7 @@ def tilt(contact: Contact, seed: int = 1, spread: float = 0.15, begin: float = 0
     parts = np.array([_angles(part) for part in np.array_split(along, 4) if len(part)])
     slope, principal = _angles(along)
     errors = np.std(parts, axis=0, ddof=1) / math.sqrt(len(parts))
-    inside = (cell.X[:, 2] > 3.0) & (cell.X[:, 2] < 0.75 * DEPTH)
+    inside = (cell.position[:, 2] > 3.0) & (cell.position[:, 2] < 0.75 * DEPTH)
     volume = float(np.sum(math.pi / 6.0 * (2.0 * cell.X[inside, RADIUS]) ** 3)) / (
         WIDTH * WIDTH * (0.75 * DEPTH - 3.0)
     )
@@ -136,4 +136,4 @@ def _bed_on_a_base(seed: int, spread: float) -> tuple[np.ndarray, np.ndarray, np
 def _mean_velocity(cell: Cell) -> np.ndarray:
     """Velocity (3,) of the centre of mass of the grains that are not held."""
     free = ~cell.held
-    return np.asarray(cell.V[free, MASS] @ cell.W[free, :3] / cell.V[free, MASS].sum())
+    return np.asarray(cell.V[free, MASS] @ cell.velocity[free] / cell.V[free, MASS].sum())

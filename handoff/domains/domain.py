@@ -161,8 +161,7 @@ def read(attributes: Mapping[str, Any], target: Target | None = None) -> Domain:
     if missing:
         raise InputError(f"the bed's attribute 'domain' lacks {', '.join(missing)}")
     values = [float(table[name]) for name in names]
-    levels = values[1:] if flat else values[:3]
-    last = values[0] if flat else values[3]
+    last, *levels = values if flat else [values[-1], *values[:-1]]
     if not (levels[0] < levels[1] <= levels[2]) or not last > 0.0 or (not flat and last > math.pi):
         raise InputError(f"the bed's attribute 'domain' bounds no volume: {dict(table)}")
     if not flat:

@@ -63,15 +63,16 @@ def _measured(source: Particles, grains: Particles) -> dict[str, tuple[float, st
     mean = block_bodies.means(mine.block, count, mine.mass, values)[grains.block]
     mass = block_bodies.masses(mine.block, count, mine.mass)[grains.block]
     x, v = np.zeros((count, 3)), np.zeros((count, 3))
-    x[grains.block], v[grains.block] = mean[:, :3], mean[:, 3:]
+    centre, drift = np.hsplit(mean, 2)
+    x[grains.block], v[grains.block] = centre, drift
     own = block_bodies.spins(mine.block, count, mine.mass, mine.position, mine.velocity, x, v)[grains.block]
     speed, arm = np.linalg.norm(mine.velocity, axis=1), np.linalg.norm(mine.position - x[mine.block], axis=1)
     loose = np.linalg.norm(mine.velocity - v[mine.block], axis=1)
     pace = block_bodies.masses(mine.block, count, mine.mass * speed)[grains.block]
     turn = block_bodies.masses(mine.block, count, mine.mass * arm * loose)[grains.block]
-    momentum = np.linalg.norm(grains.mass[:, None] * grains.velocity - mass[:, None] * mean[:, 3:], axis=1)
+    momentum = np.linalg.norm(grains.mass[:, None] * grains.velocity - mass[:, None] * drift, axis=1)
     spin = (0.4 * grains.mass * grains.radius**2)[:, None] * grains.angular_velocity
-    way = np.linalg.norm(grains.position - mean[:, :3], axis=1) / grains.radius
+    way = np.linalg.norm(grains.position - centre, axis=1) / grains.radius
     total = f"of {len(grains)} blocks the one that is furthest off; all weigh {mass.sum():.6g} kg"
     return {
         "block_mass_rel": (float(np.abs(grains.mass / mass - 1.0).max()), total),

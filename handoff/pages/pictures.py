@@ -176,7 +176,7 @@ def _cut(data):
 
 def _velocity(data):
     region, unit, name, xlim, zlim = _frame_of(data)
-    cells = {key[6:]: value for key, value in data["residuals"].items() if key.startswith("cells/")}
+    cells = {key.removeprefix("cells/"): value for key, value in data["residuals"].items() if key.startswith("cells/")}
     source, start = data["source"], data["start"]
     aspect = (zlim[1] - zlim[0]) / (xlim[1] - xlim[0])
     figure, axes = _figure(3, 1, (12.0, 36.0 * aspect + 1.0))

@@ -57,14 +57,8 @@ def hand_over(
     Raises ``InputError`` for inputs that cannot be handed over.
     """
     region = region or domain.read(bed.attributes)
-    carve.check(bed, region)
-    split, shape, corners = cloud_surface.classify(source, region, column, rules)
-    inner, beyond, tree = _compact(source, split, region)
     free = None if blocks is None else ~blocks.taken
-    carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree, free)
-    if free is not None:
-        inner = replace(inner, fraction=np.where(free[inner.indices], inner.fraction, 0.0))
-        beyond = beyond[free[beyond]]
+    split, inner, beyond, tree, carving = _surface(source, bed, rules, column, region, free)
     compact, stays, volume = inner.indices, carving.stays, carving.volume
     density = cloud_surface.counted_density(source)
     held, volume_of = source.mass[compact] * inner.fraction, source.mass[compact] / density[compact]
@@ -77,45 +71,75 @@ def hand_over(
     plain_mass = density[nearest] * volume[kept]
     raw_mass = mapping.locally_closed(plain_mass, tree, held, grid)
     packing = float(np.sum(4.0 / 3.0 * np.pi * bed.radius[kept] ** 3) / volume[kept].sum())
-    carved = _carved(bed, stays, source, nearest, density[nearest])
-    if rules.loosened == "shrunk":
-        carved["radius"] = carved.radius * _shrink(source, compact, grid, near, bed, kept)
+    shrink = _shrink(source, compact, grid, near, bed, kept) if rules.loosened == "shrunk" else None
+    carved = _carved(bed, stays, source, nearest, density[nearest], shrink)
 
     ejecta = np.flatnonzero(~split.compact if free is None else ~split.compact & free)
     flying = ejected.from_source(source, ejecta, carved, packing, region, column, until, rules)
-    before, outside = _sums(source, inner if free is None else inner.among(free), beyond, ejecta, region)
-    airborne = _of(region, flying.mass, flying.position, flying.velocity)
-    position, radius = bed.position[kept], carved.radius
-    scale = (before.mass - airborne.mass) / raw_mass.sum()
-    energy = before.kinetic - airborne.kinetic
-    if blocks is not None:
-        before, airborne = before + blocks.before, airborne + blocks.after
+    handed = inner if free is None else inner.among(free)
+    before, outside, airborne, ground_mass, energy = _budget(source, handed, beyond, ejecta, flying, region, blocks)
+    position, radius, scale = bed.position[kept], carved.radius, ground_mass / raw_mass.sum()
     turns = isinstance(region, WholeBody)
-    if turns:
-        energy = closing.sums(held, source.position[compact], motion).kinetic
+    energy = closing.sums(held, source.position[compact], motion).kinetic if turns else energy
     taken = mapping.motion(tree, motion, volume_of, held, grid, raw_mass * scale, radius, energy, volume[kept], near)
-    velocity = taken.velocity
-    moving = held, motion, taken.own_gradient
+    velocity, moving = taken.velocity, (held, motion, taken.own_gradient)
     fields = compare_clouds.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
     velocity, spin = region.inertial(position, velocity, taken.spin)
     raw = _of(region, raw_mass, position, velocity, radius, spin) + airborne
     mass = raw_mass * scale
     mass *= (before.mass - airborne.mass) / mass.sum()
     moved, after = _closed(region, mass, position, velocity, radius, spin, before, airborne)
-    first = 1 + max(int(some.identity.max(initial=0)) for some in (bed, *([] if blocks is None else [blocks.grains])))
     filled = volume[kept] * (radius / bed.radius[kept]) ** 3  # what a grain fills, from here on
     for name, values in dict(velocity=moved, angular_velocity=spin, mass=mass, density=mass / filled).items():
         carved[name] = values
-    start = _start(carved, bed, source, stays, flying, region, first)
-    grain_provenance.give(
-        start, source, region, grain_provenance.taken(source, compact, held, grid, near, flying.source)
-    )
-    change, plain = moved - velocity, float(plain_mass.sum() + airborne.mass)
-    mapped = Mapped(taken.own_gradient, taken.fraction, fields, change, scale, plain)
+    start = _start(carved, bed, source, stays, flying, region, _first_identity(bed, blocks))
+    origins = grain_provenance.taken(source, compact, held, grid, near, flying.source)
+    grain_provenance.give(start, source, region, origins)
+    plain = float(plain_mass.sum() + airborne.mass)
+    mapped = Mapped(taken.own_gradient, taken.fraction, fields, moved - velocity, scale, plain)
     sums = Balance(before, outside, raw, after)
-    flowing = region.flow(position, moved), radius, spin - region.omega if isinstance(region, WholeBody) else spin
-    energies = (energy, closing.sums(mass, position, *flowing).kinetic) if turns else None
+    energies = (energy, _energy_against(region, mass, position, moved, radius, spin)) if turns else None
     return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies, blocks)
+
+
+def _surface(
+    source: Particles, bed: Particles, rules: cloud_surface.Rules, column: hydrostatic.Column, region: domain.Domain,
+    free: np.ndarray | None,
+) -> tuple[cloud_surface.Split, Compact, np.ndarray, cKDTree, Carving]:  # fmt: skip
+    """The split into compact matter and ejecta, the compact matter as from ``_compact``, and what its surface leaves
+    of the bed. Particles that are not ``free`` count for the surface alone."""
+    carve.check(bed, region)
+    split, shape, corners = cloud_surface.classify(source, region, column, rules)
+    inner, beyond, tree = _compact(source, split, region)
+    carving = _carving(source, bed, region, rules, (split, shape, corners), inner, tree, free)
+    if free is not None:
+        inner = replace(inner, fraction=np.where(free[inner.indices], inner.fraction, 0.0))
+        beyond = beyond[free[beyond]]
+    return split, inner, beyond, tree, carving
+
+
+def _budget(
+    source: Particles, handed: Compact, beyond: np.ndarray, ejecta: np.ndarray, flying: ejected.Ejecta,
+    region: domain.Domain, blocks: WholeBlocks | None,
+) -> tuple[closing.Sums, closing.Sums, closing.Sums, float, float]:  # fmt: skip
+    """Sums of what is handed over, of what stays outside and of what is airborne, whole blocks with the first and the
+    last; mass [kg] and kinetic energy [J] that the grains of the ground take over."""
+    before, outside = _sums(source, handed, beyond, ejecta, region)
+    airborne = _of(region, flying.mass, flying.position, flying.velocity)
+    mass, energy = before.mass - airborne.mass, before.kinetic - airborne.kinetic
+    if blocks is not None:
+        before, airborne = before + blocks.before, airborne + blocks.after
+    return before, outside, airborne, mass, energy
+
+
+def _first_identity(bed: Particles, blocks: WholeBlocks | None) -> int:
+    """The first identity that neither the bed nor a block has."""
+    return 1 + max(int(some.identity.max(initial=0)) for some in (bed, *([] if blocks is None else [blocks.grains])))
+
+
+def _energy_against(region: WholeBody, mass, position, velocity, radius, spin) -> float:
+    """Kinetic energy [J] of grains against the turning ground."""
+    return closing.sums(mass, position, region.flow(position, velocity), radius, spin - region.omega).kinetic
 
 
 def _closed(
@@ -268,8 +292,14 @@ def _refuse_misfit(
         )
 
 
-def _carved(bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray, density) -> Particles:
+def _carved(
+    bed: Particles, stays: np.ndarray, source: Particles, nearest: np.ndarray, density, shrink: np.ndarray | None
+) -> Particles:
+    """The grains that stay, of the material and density of their ``nearest`` particles; ``shrink``: radii over those
+    in the bed."""
     carved = bed.select(stays)
+    if shrink is not None:
+        carved["radius"] = carved.radius * shrink
     names, table = material_numbers(source, bed)
     carved["material"] = table[np.clip(source.material[nearest], 0, len(table) - 1)]
     if "species" in bed:

@@ -52,6 +52,7 @@ def _columns(wide: int):
     """The code of ``columns`` for rows of ``wide`` values."""
 
     def codegen(context, builder, signature, args):
+        _, _, first, k, _ = args
         arrays = [make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 4)]
         table, listed, out = arrays
         width, out_stride = (cgutils.unpack_tuple(builder, array.shape)[1] for array in (table, out))
@@ -61,7 +62,7 @@ def _columns(wide: int):
         def at(data, offset):
             return builder.bitcast(builder.gep(data, [offset]), vector.as_pointer())
 
-        entry = builder.add(args[2], args[3])
+        entry = builder.add(first, k)
         starts = []
         for m in range(LANES):
             j = builder.load(builder.gep(listed.data, [builder.add(entry, ir.Constant(integer, m))]))
@@ -72,7 +73,7 @@ def _columns(wide: int):
                 for start in starts
             ]
             for c, column in enumerate(_transposed(builder, read)):
-                address = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), args[3])
+                address = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), k)
                 builder.store(column, at(out.data, address), align=8)
         return context.get_dummy_value()
 
@@ -133,14 +134,12 @@ def take_rows(typingctx, table, index, k, scratch, first):
     """
 
     def codegen(context, builder, signature, args):
+        _, _, k, _, first = args
         rows, listed, out = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 3))
         read = [
-            builder.load(_wide(builder, rows, start), align=8)
-            for start in _starts(context, builder, rows, listed, args[2])
+            builder.load(_wide(builder, rows, start), align=8) for start in _starts(context, builder, rows, listed, k)
         ]
-        for address, column in zip(
-            _column_addresses(context, builder, out, args[4], args[2]), _transposed(builder, read)
-        ):
+        for address, column in zip(_column_addresses(context, builder, out, first, k), _transposed(builder, read)):
             builder.store(column, _wide(builder, out, address), align=8)
         return context.get_dummy_value()
 
@@ -156,18 +155,17 @@ def take_row_pairs(typingctx, table, one, two, k, scratch, first):
     """
 
     def codegen(context, builder, signature, args):
+        *_, k, _, first = args
         rows, left, right, out = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 2, 4))
         both = _mask(list(range(LANES)))
         read = []
-        for a, b in zip(*(_starts(context, builder, rows, listed, args[3]) for listed in (left, right))):
+        for a, b in zip(*(_starts(context, builder, rows, listed, k) for listed in (left, right))):
             read.append(
                 builder.shuffle_vector(
                     *(builder.load(_wide(builder, rows, start, 4), align=8) for start in (a, b)), both
                 )
             )
-        for address, column in zip(
-            _column_addresses(context, builder, out, args[5], args[3]), _transposed(builder, read)
-        ):
+        for address, column in zip(_column_addresses(context, builder, out, first, k), _transposed(builder, read)):
             builder.store(column, _wide(builder, out, address), align=8)
         return context.get_dummy_value()
 
@@ -179,12 +177,13 @@ def put_rows(typingctx, scratch, first, k, index, table):
     """table[index[k + m], c] = scratch[first + c, k + m] for m, c = 0 ... 7: what ``take_rows`` took goes back."""
 
     def codegen(context, builder, signature, args):
+        _, first, k, _, _ = args
         source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
         read = [
             builder.load(_wide(builder, source, address), align=8)
-            for address in _column_addresses(context, builder, source, args[1], args[2])
+            for address in _column_addresses(context, builder, source, first, k)
         ]
-        for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
+        for start, row in zip(_starts(context, builder, rows, listed, k), _transposed(builder, read)):
             builder.store(row, _wide(builder, rows, start), align=8)
         return context.get_dummy_value()
 
@@ -200,13 +199,14 @@ def add_rows(typingctx, scratch, first, k, index, table):
     """
 
     def codegen(context, builder, signature, args):
+        _, first, k, _, _ = args
         source, listed, rows = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 3, 4))
         integer = context.get_value_type(types.intp)
         read = [
             builder.load(_wide(builder, source, address), align=8)
-            for address in _column_addresses(context, builder, source, args[1], args[2])
+            for address in _column_addresses(context, builder, source, first, k)
         ]
-        for start, row in zip(_starts(context, builder, rows, listed, args[2]), _transposed(builder, read)):
+        for start, row in zip(_starts(context, builder, rows, listed, k), _transposed(builder, read)):
             for lanes in ([0, 1, 2, 3], [4, 5]):
                 part = builder.shuffle_vector(
                     row,
@@ -271,12 +271,13 @@ def append_passed(typingctx, candidate, passed, k, out, at):
     """
 
     def codegen(context, builder, signature, args):
+        _, _, begin, _, at = args
         source, test, target = (make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 3))
         integer = context.get_value_type(types.intp)
         values, flags, bits = (ir.VectorType(ir.IntType(width), WIDE) for width in (32, 8, 1))
 
         def load(array, kind, size):
-            return builder.load(builder.bitcast(builder.gep(array.data, [args[2]]), kind.as_pointer()), align=size)
+            return builder.load(builder.bitcast(builder.gep(array.data, [begin]), kind.as_pointer()), align=size)
 
         value, flag = load(source, values, 4), load(test, flags, 1)
         chosen = builder.icmp_unsigned("!=", flag, ir.Constant(flags, [0] * WIDE))
@@ -285,7 +286,7 @@ def append_passed(typingctx, candidate, passed, k, out, at):
             builder.module, kind, f"llvm.experimental.vector.compress.v{WIDE}i32"
         )
         packed = builder.call(compress, [value, chosen, ir.Constant(values, ir.Undefined)])
-        builder.store(packed, builder.bitcast(builder.gep(target.data, [args[4]]), values.as_pointer()), align=4)
+        builder.store(packed, builder.bitcast(builder.gep(target.data, [at]), values.as_pointer()), align=4)
         word = builder.bitcast(chosen, ir.IntType(WIDE))
         return builder.zext(builder.ctpop(word), integer)
 

@@ -47,6 +47,7 @@ _SCALARS = {
 }
 _VECTORS = {20: "angular_velocity", 40: "initial_position"}
 _SPHERES = ("nbody", "rubble-pile")
+_SIZE = 3  # of a position's four numbers: radius of a sphere, else smoothing length over ``_SUPPORT``
 # support of the cubic spline, OpenSPH's default kernel, in smoothing lengths
 _SUPPORT = 2.0
 
@@ -201,9 +202,9 @@ def _enter(reading: Reading, values: dict[tuple[int, int, int], np.ndarray], kin
         if quantity == _POSITION and form == _VECTOR and derivative < 2:
             reading.take(("position", "velocity")[derivative], numbers[:, :3], name)
             if derivative == 0 and kind in _SPHERES:
-                reading.take("radius", numbers[:, 3], name)
+                reading.take("radius", numbers[:, _SIZE], name)
             elif derivative == 0:
-                reading.take("smoothing_length", support * numbers[:, 3], name)
+                reading.take("smoothing_length", support * numbers[:, _SIZE], name)
         elif derivative == 0 and quantity in _SCALARS and _WIDTH[form] == 1:
             reading.take(_SCALARS[quantity], numbers[:, 0], name)
         elif derivative == 0 and quantity in _VECTORS and form == _VECTOR:

@@ -24,7 +24,7 @@ def drawn_near(points: np.ndarray, spacing: np.ndarray, factor: float) -> np.nda
     if np.ptp(points, axis=0).max() <= NEAR * spacing.min():
         return points
     reach = 2.0 * factor * float(spacing.max())
-    alone = cKDTree(points).query(points, k=4)[0][:, 3] > reach
+    alone = cKDTree(points).query(points, k=4)[0][:, -1] > reach
     if alone.all():
         return points
     middle = np.median(points[~alone], axis=0)

@@ -158,29 +158,30 @@ def _fill_some(block, points, reach, grid, occupied, cursor, index, entry, count
             # the particles of the cell, or one at a time where they lie further apart than a cell is wide (the
             # outermost cells have no end)
             last = end
-            box = np.array([x[first], x[first], y[first], y[first], z[first], z[first]])
+            x_low, x_high, y_low, y_high = x[first], x[first], y[first], y[first]
+            z_low, z_high = z[first], z[first]
             high = h[first]
             for i in range(first + 1, end):
-                box[0], box[1] = min(box[0], x[i]), max(box[1], x[i])
-                box[2], box[3] = min(box[2], y[i]), max(box[3], y[i])
-                box[4], box[5] = min(box[4], z[i]), max(box[5], z[i])
+                x_low, x_high = min(x_low, x[i]), max(x_high, x[i])
+                y_low, y_high = min(y_low, y[i]), max(y_high, y[i])
+                z_low, z_high = min(z_low, z[i]), max(z_high, z[i])
                 high = max(high, h[i])
-            if max(box[1] - box[0], box[3] - box[2], box[5] - box[4]) > 1.01 * width[level[c]]:
+            if max(x_high - x_low, y_high - y_low, z_high - z_low) > 1.01 * width[level[c]]:
                 last = first + 1
-                box[0], box[1], box[2], box[3] = x[first], x[first], y[first], y[first]
-                box[4], box[5] = z[first], z[first]
+                x_low, x_high, y_low, y_high = x[first], x[first], y[first], y[first]
+                z_low, z_high = z[first], z[first]
                 high = h[first]
             many = np.int64(0)  # no literal, of which what it is given to would be compiled once more
             for l in range(levels):
                 radius = 0.5 * reach * (high + largest[l])
                 inverse = 1.0 / width[l]
                 nx, ny, nz = shape[l, 0], shape[l, 1], shape[l, 2]
-                x0 = min(max(int((box[0] - radius - origin[l, 0]) * inverse), 0), nx - 1)
-                x1 = min(max(int((box[1] + radius - origin[l, 0]) * inverse), 0), nx - 1)
-                y0 = min(max(int((box[2] - radius - origin[l, 1]) * inverse), 0), ny - 1)
-                y1 = min(max(int((box[3] + radius - origin[l, 1]) * inverse), 0), ny - 1)
-                z0 = min(max(int((box[4] - radius - origin[l, 2]) * inverse), 0), nz - 1)
-                z1 = min(max(int((box[5] + radius - origin[l, 2]) * inverse), 0), nz - 1)
+                x0 = min(max(int((x_low - radius - origin[l, 0]) * inverse), 0), nx - 1)
+                x1 = min(max(int((x_high + radius - origin[l, 0]) * inverse), 0), nx - 1)
+                y0 = min(max(int((y_low - radius - origin[l, 1]) * inverse), 0), ny - 1)
+                y1 = min(max(int((y_high + radius - origin[l, 1]) * inverse), 0), ny - 1)
+                z0 = min(max(int((z_low - radius - origin[l, 2]) * inverse), 0), nz - 1)
+                z1 = min(max(int((z_high + radius - origin[l, 2]) * inverse), 0), nz - 1)
                 for cz in range(z0, z1 + 1):
                     for cy in range(y0, y1 + 1):
                         row = offset[l] + (cz * ny + cy) * nx

@@ -27,6 +27,8 @@ SOURCES = ("BarnesHut1986", "Barnes1990")
 # columns of a near particle in an interaction list, after its position: mass, eps^2 / 2
 NEAR_MASS, NEAR_EPS2 = 3, 4
 
+ONE, WIDE, TINY, ZERO = range(4)
+"""The ``numbers`` of a walk (4,), in its precision: 1, 5/2, a tiny one and 0."""
 _LIST = 2048  # interaction lists are summed and emptied whenever they are full
 _APART = 16  # so that columns do not lie a power of two apart, where all share one set of a cache (a fifth slower)
 _SINGLE = 0.1  # from this opening angle on, the tree's own error hides that of single precision
@@ -67,9 +69,9 @@ def _collect(k, radius, cx, cy, cz, particles, tree, reach, nodes, near):
 
 @kernel(fastmath=True)
 def _pull_nodes(px, py, pz, half_eps2, nodes, count, numbers):
-    """Sum of g over far nodes, in the precision of ``numbers`` (1, 5/2, tiny)."""
-    one, wide = numbers[0], numbers[1]
-    ax, ay, az = numbers[3], numbers[3], numbers[3]
+    """Sum of g over far nodes, in the precision of ``numbers``."""
+    one, wide = numbers[ONE], numbers[WIDE]
+    ax, ay, az = numbers[ZERO], numbers[ZERO], numbers[ZERO]
     for k in range(count):
         dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
         inv = one / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])
@@ -91,8 +93,8 @@ def _pull_nodes(px, py, pz, half_eps2, nodes, count, numbers):
 def _pull_particles(px, py, pz, half_eps2, near, count, numbers):
     """Sum of g over particles, in the precision of ``numbers``; the tiny addend keeps a particle's pull on itself
     finite (it is zero)."""
-    one, tiny = numbers[0], numbers[2]
-    ax, ay, az = numbers[3], numbers[3], numbers[3]
+    one, tiny = numbers[ONE], numbers[TINY]
+    ax, ay, az = numbers[ZERO], numbers[ZERO], numbers[ZERO]
     for k in range(count):
         dx, dy, dz = near[0, k] - px, near[1, k] - py, near[2, k] - pz
         inv = one / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + near[NEAR_EPS2, k] + tiny)
@@ -106,8 +108,8 @@ def _pull_particles(px, py, pz, half_eps2, near, count, numbers):
 @kernel(fastmath=True)
 def _well(px, py, pz, half_eps2, nodes, far_count, near, near_count, numbers):
     """Sum of minus the potential over far nodes and near particles."""
-    one, tiny = numbers[0], numbers[2]
-    depth = numbers[3]
+    one, tiny = numbers[ONE], numbers[TINY]
+    depth = numbers[ZERO]
     for k in range(far_count):
         dx, dy, dz = nodes[0, k] - px, nodes[1, k] - py, nodes[2, k] - pz
         inv = one / math.sqrt(dx * dx + dy * dy + dz * dz + half_eps2 + nodes[EPS2, k])

@@ -24,7 +24,7 @@ def read(path: Path) -> tuple[np.ndarray, np.ndarray]:
     for number, words in _statements(path):
         try:
             if words[0] == "v":
-                x, y, z = words[1:4]
+                _, x, y, z, *_ = words
                 vertices.extend((float(x), float(y), float(z)))
                 count += 1
             elif words[0] == "f":

@@ -159,11 +159,12 @@ def superscripts(text: str) -> str:
 def prose(text: str) -> str:
     """Text of a log or a ledger as it is printed: "1.7e+21 kg" as "1.7 × 10²¹ kg", "m^3" as "m³"."""
     power = r"(?<![\w.])(-?\d+(?:\.\d+)?)e([+-]?)0*(\d+)\b"
-    text = re.sub(
-        power,
-        lambda match: f"{match[1]} × 10{((match[2] if match[2] == '-' else '') + match[3]).translate(_SUPERSCRIPT)}",
-        text,
-    )
+
+    def raised(match: re.Match[str]) -> str:
+        factor, sign, exponent = match.groups()
+        return f"{factor} × 10{(sign.replace('+', '') + exponent).translate(_SUPERSCRIPT)}"
+
+    text = re.sub(power, raised, text)
     text = text.replace(" million km3", " × 10⁶ km³")
     return superscripts(re.sub(r"(?<=\d )(km|m|cm)3\b", "\\1³", text))
 

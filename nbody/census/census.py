@@ -85,35 +85,19 @@ class Block:
 
 def _fast(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
-    flights = fast.run(system, batch, request.population.duration)
-    table = encounters.join(
-        [
-            flights.table,
-            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
-        ]
-    )
-    return Block(
-        table,
-        CHUNK,
-        CHUNK,
-        int(flights.ends[:, 1].sum()),
-        np.bincount(flights.ends[:, 0], minlength=5),
-        flights.ephemeris.energy_error,
-        flights.ephemeris.angular_momentum_error,
-    )
+    return _collided(fast.run(system, batch, request.population.duration), system, request, number)
 
 
 def _tube(system: System, request: Request, number: int) -> Block:
     batch = conditions.batch(system, request.population, request.seed, number)
-    flights = tube.run(system, batch, request.population.duration, request.seed)
-    table = encounters.join(
-        [
-            flights.table,
-            moon_hits.collide(flights.table, system, request.seed, number, request.population.focused),
-        ]
-    )
+    return _collided(tube.run(system, batch, request.population.duration, request.seed), system, request, number)
+
+
+def _collided(flights: fast.Flights | tube.Flights, system: System, request: Request, number: int) -> Block:
+    """A block of the ``flights``, with the collisions that follow from their entries."""
+    hits = moon_hits.collide(flights.table, system, request.seed, number, request.population.focused)
     return Block(
-        table,
+        encounters.join([flights.table, hits]),
         CHUNK,
         CHUNK,
         int(flights.ends[:, 1].sum()),
@@ -245,10 +229,10 @@ def run(request: Request, out: Path) -> tuple[dict[str, np.ndarray], dict]:
         "particles": tally.particles,
         "steps": tally.steps,
         "steps_per_flight": tally.steps / max(tally.integrated, 1),
-        "flights_timed_out": int(tally.ends[1]),
-        "flights_left": int(tally.ends[2]),
-        "flights_hit_jupiter": int(tally.ends[3]),
-        "flights_hit_moon": int(tally.ends[4]),
+        "flights_timed_out": int(tally.ends[encounters.TIMED_OUT]),
+        "flights_left": int(tally.ends[encounters.LEFT]),
+        "flights_hit_jupiter": int(tally.ends[encounters.HIT_PLANET]),
+        "flights_hit_moon": int(tally.ends[encounters.HIT_MOON]),
         "energy_error": tally.energy_error,
         "angular_momentum_error": tally.angular_momentum_error,
         "wall_s": tally.wall_s,

@@ -15,6 +15,7 @@ from dataclasses import replace
 import numpy as np
 
 from nbody.integrators import fast
+from nbody.masses.state_vector import POSITION, VELOCITY
 from nbody.masses.system import System
 from nbody.population import conditions
 from nbody.population.conditions import Population
@@ -46,9 +47,10 @@ def jacobi_drift(
     # radii are kept, so that particles stop at the planet; the moons' Hill spheres have shrunk to nothing
     flights = fast.run(simple, batch, population.duration, tolerance)
     orbits = flights.ephemeris
-    before = jacobi(simple, batch.state[:, :3], batch.state[:, 3:], orbits.state(0, np.zeros(count))[0])
+    before = jacobi(simple, batch.state[:, POSITION], batch.state[:, VELOCITY], orbits.state(0, np.zeros(count))[0])
     t = flights.finals[:, 0]
-    after = jacobi(simple, flights.finals[:, 1:4], flights.finals[:, 4:7], orbits.state(0, t)[0])
+    end = flights.finals[:, 1:]
+    after = jacobi(simple, end[:, POSITION], end[:, VELOCITY], orbits.state(0, t)[0])
     drift = np.abs(after - before) / (system.planet.gm / max(moon.semi_major_axis for moon in system.moons))
     return {
         "median": float(np.median(drift)),

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.compilation.jit import law
+from nbody.masses.state_vector import distance2, r_dot_v
 
 _HALVINGS = 40
 
@@ -46,13 +47,13 @@ def struck(radius, arc, out):
     """
     y, new = arc.y, arc.new
     low, high = 0.0, 1.0
-    if y[0] * y[3] + y[1] * y[4] + y[2] * y[5] < 0.0 < new[0] * new[3] + new[1] * new[4] + new[2] * new[5]:
+    if r_dot_v(y) < 0.0 < r_dot_v(new):
         for _ in range(_HALVINGS):
             u = 0.5 * (low + high)
             curve(u, arc, out)
-            if out[0] * out[3] + out[1] * out[4] + out[2] * out[5] < 0.0:
+            if r_dot_v(out) < 0.0:
                 low = u
             else:
                 high = u
     curve(high, arc, out)
-    return high if out[0] * out[0] + out[1] * out[1] + out[2] * out[2] < radius * radius else -1.0
+    return high if distance2(out) < radius * radius else -1.0

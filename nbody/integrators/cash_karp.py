@@ -17,6 +17,7 @@ import numpy as np
 
 from matter.compilation.jit import law
 from nbody.masses.newtonian import newton
+from nbody.masses.state_vector import distance2, r_dot_v
 
 SOURCES = ("CashKarp1990", "Winter2017")
 
@@ -116,5 +117,5 @@ def between(u, leg, last, other, out):
         c2, c3 = 3.0 * (x1 - x0) - 2.0 * v0 - v1, 2.0 * (x0 - x1) + v0 + v1
         out[d] = ((c3 * u + c2) * u + v0) * u + x0
         out[3 + d] = ((3.0 * c3 * u + 2.0 * c2) * u + v0) / h
-    r2 = out[0] * out[0] + out[1] * out[1] + out[2] * out[2]
-    return r2**0.5, out[0] * out[3] + out[1] * out[4] + out[2] * out[5]
+    r2 = distance2(out)
+    return r2**0.5, r_dot_v(out)

@@ -19,6 +19,7 @@ from nbody.integrators.launched import about
 from nbody.integrators.moon_events import Moons, Step, Work, first_entry, locate, record, relative, within
 from nbody.masses import ephemeris
 from nbody.masses.dop853 import STAGES
+from nbody.masses.state_vector import distance2, r_dot_v, speed2
 from nbody.masses.system import System
 from nbody.masses.test_particle import field, step, swing
 from nbody.population import encounters
@@ -75,14 +76,14 @@ def fate(t, y, duration, inside, gm, outer, far):
     """
     if t >= duration * (1.0 - 1e-14):
         return TIMED_OUT
-    r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-    if y[0] * y[3] + y[1] * y[4] + y[2] * y[5] <= 0.0:
+    r = distance2(y) ** 0.5
+    if r_dot_v(y) <= 0.0:
         return FLYING
     if r > outer:
         return LEFT
     if inside or r <= far:
         return FLYING
-    energy = 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) - gm[1] / r
+    energy = 0.5 * speed2(y) - gm[1] / r
     if energy >= 0.0 or 0.8 * 2.0 * math.pi * ((-0.5 * gm[1] / energy) ** 3 / gm[1]) ** 0.5 > duration - t:
         return LEFT
     return FLYING
@@ -137,8 +138,8 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
         t, h, inside, leaving, approached, taken = 0.0, 2e5, np.int64(-1), np.int64(-1), never, 0
         near_before, fresh, end, screened = True, True, FLYING, False
         while end == FLYING:
-            r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-            v = (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) ** 0.5
+            r = distance2(y) ** 0.5
+            v = speed2(y) ** 0.5
             near = r < switch
             if near != near_before:
                 swing(t, y, 1.0 if near else -1.0, orbits)
@@ -151,7 +152,7 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
             rv_before = 0.0
             if inside >= 0:
                 d, rv_before = relative(t, y, inside, orbits, out)
-                w = (out[3] * out[3] + out[4] * out[4] + out[5] * out[5]) ** 0.5
+                w = speed2(out) ** 0.5
                 h = min(h, max(0.2 * d, 0.05 * hill[inside]) / w)
             h = min(h, duration - t)
             error = step(t, y, h, near, orbits, kx, kv, new) / limits.tolerance
@@ -186,7 +187,7 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
                 d, _ = relative(t + h, new, leaving, orbits, out)
                 if d > 1.1 * hill[leaving]:  # no second entry on the way out
                     leaving = np.int64(-1)
-            w = (new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
+            w = speed2(new) ** 0.5
             if near and inside < 0 and not fresh and r < surface + 1.5 * max(v, w) * h:
                 part = strike(Step(t, y, h, near), new, kv[0], last, limits.planet_radius, orbits, spare, out)
                 if part >= 0.0:
@@ -200,7 +201,7 @@ def fly(starts, first, limits, orbits, moons, events, ends, finals):
             h *= growth
             if end == FLYING:
                 end = fate(t, y, duration, inside >= 0, gm, limits.outer, 3.0 * widest)
-            if end == FLYING and not screened and y[0] * y[0] + y[1] * y[1] + y[2] * y[2] < (SCREEN * widest) ** 2:
+            if end == FLYING and not screened and distance2(y) < (SCREEN * widest) ** 2:
                 screened = True
                 if misses(t, y, duration, gm, reach):
                     end = LEFT

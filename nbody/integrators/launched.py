@@ -20,6 +20,7 @@ import numpy as np
 from matter.compilation.jit import kernel, law
 from nbody.masses.dop853 import STAGES
 from nbody.masses.ephemeris import body_position, motion
+from nbody.masses.state_vector import VX, VY, VZ, distance2, r_dot_v, speed2
 from nbody.masses.test_particle import field, step
 
 HIT, LEFT, TIMED_OUT, STUCK = 1, 2, 3, 4
@@ -53,11 +54,11 @@ def about(t, y, body, orbits, out):
         out[0] += w * px
         out[1] += w * py
         out[2] += w * pz
-        out[3] += w * ux
-        out[4] += w * uy
-        out[5] += w * uz
-    d = (out[0] * out[0] + out[1] * out[1] + out[2] * out[2]) ** 0.5
-    return d, out[0] * out[3] + out[1] * out[4] + out[2] * out[5]
+        out[VX] += w * ux
+        out[VY] += w * uy
+        out[VZ] += w * uz
+    d = distance2(out) ** 0.5
+    return d, r_dot_v(out)
 
 
 @law
@@ -66,7 +67,7 @@ def longest(t, y, orbits, bounds, out):
     h = 1e30
     for body in range(bounds.radius.shape[0]):
         d, rv = about(t, y, body, orbits, out)
-        w = (out[3] * out[3] + out[4] * out[4] + out[5] * out[5]) ** 0.5 + 1e-300
+        w = speed2(out) ** 0.5 + 1e-300
         radius, pull = bounds.radius[body], orbits.gm[body + 1] / (d * d)
         room = max(d - radius, 0.0)
         fall = 0.3 * (abs(rv) / d + (2.0 * pull * room) ** 0.5) / pull
@@ -133,9 +134,9 @@ def fly(starts, times, home, orbits, bounds, ends, finals):
                 y[d] = new[d]
             h *= min(5.0, 0.9 * max(error, 1e-8) ** -0.125)
             if end == 0:
-                r = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-                outwards = y[0] * y[3] + y[1] * y[4] + y[2] * y[5] > 0.0
-                energy = 0.5 * (y[3] * y[3] + y[4] * y[4] + y[5] * y[5]) - gm[1] / r
+                r = distance2(y) ** 0.5
+                outwards = r_dot_v(y) > 0.0
+                energy = 0.5 * speed2(y) - gm[1] / r
                 if r > bounds.outer and outwards and (bounds.unbound == 0 or energy > 0.0):
                     end = LEFT
                 elif t >= bounds.until * (1.0 - 1e-14):

@@ -13,6 +13,7 @@ import numpy as np
 
 from matter.compilation.jit import law
 from nbody.masses.ephemeris import body_position, motion
+from nbody.masses.state_vector import VX, VY, VZ, distance2, r_dot_v, speed2
 from nbody.masses.test_particle import step
 from nbody.population.encounters import (
     APPROACH,
@@ -65,9 +66,9 @@ def relative(t, y, moon, orbits, out):
     mx, my, mz = body_position(orbits.polynomial, orbits.interval, moon + 1, t)
     ux, uy, uz = motion(orbits.polynomial, orbits.interval, moon + 1, t)
     out[0], out[1], out[2] = y[0] - mx, y[1] - my, y[2] - mz
-    out[3], out[4], out[5] = y[3] - ux, y[4] - uy, y[5] - uz
-    d = (out[0] * out[0] + out[1] * out[1] + out[2] * out[2]) ** 0.5
-    return d, out[0] * out[3] + out[1] * out[4] + out[2] * out[5]
+    out[VX], out[VY], out[VZ] = y[VX] - ux, y[VY] - uy, y[VZ] - uz
+    d = distance2(out) ** 0.5
+    return d, r_dot_v(out)
 
 
 @law
@@ -137,10 +138,8 @@ def first_entry(now, new, kv, last, orbits, moons, coefficient):
     """
     t, y, h, gm, hill, orbit = now.t, now.y, now.h, orbits.gm, moons.hill, moons.orbit
     moon, bracket_low, bracket_high = -1, 0.0, h
-    r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-    fastest = (
-        1.5 * max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5]) ** 0.5
-    )
+    r0 = distance2(y) ** 0.5
+    fastest = 1.5 * max(speed2(y), speed2(new)) ** 0.5
     fitted = False
     for m in range(hill.shape[0]):
         speed = fastest + 1.02 * (gm[1] / orbit[m]) ** 0.5

@@ -15,6 +15,7 @@ from matter.compilation.jit import kernel
 from nbody.integrators.cash_karp import Leg, after, between, copy, rkck
 from nbody.masses import bplane
 from nbody.masses.newtonian import newton
+from nbody.masses.state_vector import POSITION, VELOCITY, speed2
 from nbody.masses.system import System
 from nbody.population import encounters
 from nbody.population.encounters import COLLISION, ENTRY
@@ -22,13 +23,16 @@ from nbody.population.encounters import COLLISION, ENTRY
 SOURCES = ("Winter2017",)
 
 LARGEST_FRACTION = 0.01  # eq. 5
+TO_MOON, TO_PLANET, TIME, STEP, RESULT = 0, 6, 12, 13, 14
+"""Columns of the ``result`` (14,): states relative to moon and planet from ``TO_MOON`` and ``TO_PLANET`` on, time and
+step [s]."""
 
 
 @kernel
 def moon_mode(states, moon, gm, radius, hill, positions, out, result):
     """Restart from the saved ``states`` (n, 6) with the particle at moon + ``positions[i]`` until one run hits.
 
-    ``result`` receives relative state, state relative to the planet, time, step (14 numbers). Returns (index of the
+    ``result`` (14,) receives the columns above. Returns (index of the
     position that hit or -1, steps).
     """
     n = states.shape[0]
@@ -48,7 +52,7 @@ def moon_mode(states, moon, gm, radius, hill, positions, out, result):
         newton(x, masses, kv[0])
         while True:
             d, rv = between(0.0, Leg(1.0, x, v, x, v), last, other, out)
-            w = (out[3] * out[3] + out[4] * out[4] + out[5] * out[5]) ** 0.5
+            w = speed2(out) ** 0.5
             h = min(h, LARGEST_FRACTION * d / w)
             error = rkck(x, v, h, masses, kx, kv, xs, x_new, v_new)
             taken += 1
@@ -59,11 +63,11 @@ def moon_mode(states, moon, gm, radius, hill, positions, out, result):
             t += h
             if d <= radius:
                 for k in range(6):
-                    result[k] = out[k]
+                    result[TO_MOON + k] = out[k]
                 between(1.0, Leg(h, x, v, x_new, v_new), last, np.int64(1), out)
                 for k in range(6):
-                    result[6 + k] = out[k]
-                result[12], result[13] = t, h
+                    result[TO_PLANET + k] = out[k]
+                result[TIME], result[STEP] = t, h
                 return i, taken
             if rv >= 0.0 or d > 1.001 * hill:
                 break
@@ -77,13 +81,13 @@ def collisions(system: System, table: dict[str, np.ndarray], saved: np.ndarray, 
     """Moon mode for every entry of ``table`` that is not followed by a direct collision; fills ``hit_probability`` of
     the entries."""
     direct = {(p, m) for p, m in zip(*(table[name][table["direct"] == 1] for name in ("particle", "moon")))}
-    tables, out, result, total = [], np.zeros(6), np.zeros(14), 0
+    tables, out, result, total = [], np.zeros(6), np.zeros(RESULT), 0
     number: dict[int, int] = {}
     for row in np.flatnonzero(table["event"] == ENTRY):
         particle, moon = int(table["particle"][row]), int(table["moon"][row])
         number[particle] = number.get(particle, -1) + 1
         body, hill = system.moons[moon], system.hill_radii[moon]
-        velocity = saved[row, -1, 3:] - saved[row, moon + 2, 3:]
+        velocity = saved[row, -1, VELOCITY] - saved[row, moon + 2, VELOCITY]
         speed = float(np.linalg.norm(velocity))
         chance = float(bplane.hit_probability(body.radius, body.gm, hill, speed))
         table["hit_probability"][row] = chance
@@ -109,10 +113,10 @@ def collisions(system: System, table: dict[str, np.ndarray], saved: np.ndarray, 
         else:
             continue  # no position on the facing hemisphere leads to a hit
         line = encounters.select(table, np.array([row]))
-        line["event"][:], line["draws"][:], line["step"][:] = COLLISION, draws, result[13]
-        line["time"][:] += result[12]
-        line["position"][0], line["velocity"][0] = result[:3], result[3:6]
-        line["jovicentric_position"][0], line["jovicentric_velocity"][0] = result[6:9], result[9:12]
+        line["event"][:], line["draws"][:], line["step"][:] = COLLISION, draws, result[STEP]
+        line["time"][:] += result[TIME]
+        for whose, state in (("", result[TO_MOON:TO_PLANET]), ("jovicentric_", result[TO_PLANET:TIME])):
+            line[f"{whose}position"][0], line[f"{whose}velocity"][0] = state[POSITION], state[VELOCITY]
         flags = line["retrograde"].copy(), line["periapsis"].copy()
         encounters.derive(line)
         line["retrograde"][:], line["periapsis"][:] = flags

@@ -29,6 +29,7 @@ from nbody.integrators.arc import Arc, curve, struck
 from nbody.integrators.fast import FLYING, LEFT, OUTER, SCREEN, TOLERANCE, Limits, fate, misses
 from nbody.masses import bplane, ephemeris
 from nbody.masses.dop853 import STAGES
+from nbody.masses.state_vector import POSITION, VELOCITY, distance2, speed2
 from nbody.masses.system import Body, System, hill_radius
 from nbody.masses.test_particle import field, step
 from nbody.population import encounters
@@ -36,6 +37,9 @@ from nbody.population.conditions import Batch
 from nbody.population.encounters import APPROACH, ENTRY, EXIT, HIT_PLANET
 
 SAMPLES = 96  # points along a passage
+PARTICLE, MOON, DURATION, BEGIN, STATE, PASSAGE = *range(5), 10
+"""Columns of a passage (``PASSAGE``,): particle, moon, duration and begin [s]; the state at the begin from ``STATE``
+on."""
 STREAM = 4  # spawn key of this module's random numbers
 
 
@@ -92,9 +96,9 @@ def thread(starts, first, limits, orbits, rings, rows, ends):
                     return 2, count, first + p
                 continue
             last[0], last[1], last[2] = field(t + h, new[0], new[1], new[2], False, orbits)
-            r0 = (y[0] * y[0] + y[1] * y[1] + y[2] * y[2]) ** 0.5
-            r = (new[0] * new[0] + new[1] * new[1] + new[2] * new[2]) ** 0.5
-            v2 = max(y[3] * y[3] + y[4] * y[4] + y[5] * y[5], new[3] * new[3] + new[4] * new[4] + new[5] * new[5])
+            r0 = distance2(y) ** 0.5
+            r = distance2(new) ** 0.5
+            v2 = max(speed2(y), speed2(new))
             if min(r0, r) < widest + 1.5 * v2**0.5 * h:
                 count = passages(
                     first + p, t, Arc(y, new, kv[0], last, h), rings, 1.5 * v2**0.5, inside, rows, count, out
@@ -140,9 +144,9 @@ def passages(particle, t, arc, rings, speed, inside, rows, count, out):
                 if count >= rows.shape[0]:
                     return -1
                 row = rows[count]
-                row[0], row[1], row[2], row[3] = particle, m, t + tau - entered[m], entered[m]
+                row[PARTICLE], row[MOON], row[DURATION], row[BEGIN] = particle, m, t + tau - entered[m], entered[m]
                 for d in range(6):
-                    row[4 + d] = begun[m, d]
+                    row[STATE + d] = begun[m, d]
                 count += 1
                 entered[m] = -1.0
             if tau >= h:
@@ -167,7 +171,7 @@ def run(system: System, batch: Batch, duration: float, seed: int, tolerance: flo
     ends = np.zeros((len(batch.state), 2), np.int64)
     capacity = 64 + 2 * len(batch.state)
     while True:
-        rows = np.zeros((capacity, 10))
+        rows = np.zeros((capacity, PASSAGE))
         status, events, particle = thread(
             batch.state,
             batch.first,
@@ -193,17 +197,18 @@ def _events(system: System, rows: np.ndarray, batch: Batch, seed: int) -> dict[s
     rng = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(STREAM, batch.first)))
     tables = []
     for index, moon in enumerate(system.moons):
-        mine = rows[rows[:, 1] == index]
+        mine = rows[rows[:, MOON] == index]
         if not len(mine):
             continue
-        met = meetings(mine[:, 4:7], mine[:, 7:10], mine[:, 2], moon, system.planet.gm, rng)
+        state = mine[:, STATE:]
+        met = meetings(state[:, POSITION], state[:, VELOCITY], mine[:, DURATION], moon, system.planet.gm, rng)
         mine = mine[met.row]
         hill = hill_radius(moon)
         u2 = bplane.dot(met.velocity, met.velocity)
         boost = 1.0 + 2.0 * moon.gm / (hill * u2)
         velocity = met.velocity * np.sqrt(boost)[:, None]
-        weight = met.window / (2.0 * math.pi) * boost * batch.weight[mine[:, 0].astype(int) - batch.first]
-        mine[:, 3] += met.time
+        weight = met.window / (2.0 * math.pi) * boost * batch.weight[mine[:, PARTICLE].astype(int) - batch.first]
+        mine[:, BEGIN] += met.time
         tables += _three(mine, index, met.position, velocity, met.moon, met.motion, weight, moon.gm)
     return encounters.join(tables)
 
@@ -283,13 +288,10 @@ def _three(mine, index, position, velocity, moon_position, moon_motion, weight, 
         (EXIT, *bplane.mirrored(position, velocity, up), 2.0 * time),
     ):
         rows = np.zeros((len(mine), encounters.RAW))
-        rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3], rows[:, 16] = (
-            mine[:, 0],
-            index,
-            kind,
-            mine[:, 3] + later,
-            mine[:, 2],
-        )
-        rows[:, 4:7], rows[:, 7:10], rows[:, 10:13], rows[:, 13:16] = x, v, moon_position + x, moon_motion + v
+        rows[:, encounters.PARTICLE], rows[:, encounters.MOON] = mine[:, PARTICLE], index
+        rows[:, encounters.KIND], rows[:, encounters.TIME] = kind, mine[:, BEGIN] + later
+        rows[:, encounters.STEP] = mine[:, DURATION]
+        rows[:, encounters.TO_MOON : encounters.TO_PLANET] = np.hstack([x, v])
+        rows[:, encounters.TO_PLANET : encounters.STEP] = np.hstack([moon_position + x, moon_motion + v])
         tables.append(encounters.from_rows(rows, weight))
     return tables

@@ -61,9 +61,9 @@ class Ephemeris:
         u = (t / self.interval - body_position)[..., None]
 
         def one(column: int) -> tuple[np.ndarray, np.ndarray]:
-            c = np.moveaxis(self.polynomial[body_position, column], -1, 0)
-            x = ((((c[5] * u + c[4]) * u + c[3]) * u + c[2]) * u + c[1]) * u + c[0]
-            v = (((5 * c[5] * u + 4 * c[4]) * u + 3 * c[3]) * u + 2 * c[2]) * u + c[1]
+            c0, c1, c2, c3, c4, c5 = np.moveaxis(self.polynomial[body_position, column], -1, 0)
+            x = ((((c5 * u + c4) * u + c3) * u + c2) * u + c1) * u + c0
+            v = (((5 * c5 * u + 4 * c4) * u + 3 * c3) * u + 2 * c2) * u + c1
             return x, v / self.interval
 
         if body != 1:
@@ -74,16 +74,25 @@ class Ephemeris:
 
 
 @law
+def _value(c, d, u):
+    """Coordinate ``d`` of a path with the coefficients ``c`` (3, 6)."""
+    return ((((c[d, 5] * u + c[d, 4]) * u + c[d, 3]) * u + c[d, 2]) * u + c[d, 1]) * u + c[d, 0]
+
+
+@law
+def _slope(c, d, u):
+    """The derivative of ``_value`` in u."""
+    return (((5.0 * c[d, 5] * u + 4.0 * c[d, 4]) * u + 3.0 * c[d, 3]) * u + 2.0 * c[d, 2]) * u + c[d, 1]
+
+
+@law
 def body_position(polynomial, interval, body, t):
     """Position (x, y, z) [m] of column ``body`` at time ``t`` [s]."""
     s = t / interval
     i = min(max(int(s), 0), polynomial.shape[0] - 1)
     u = s - i
     c = polynomial[i, body]
-    x = ((((c[0, 5] * u + c[0, 4]) * u + c[0, 3]) * u + c[0, 2]) * u + c[0, 1]) * u + c[0, 0]
-    y = ((((c[1, 5] * u + c[1, 4]) * u + c[1, 3]) * u + c[1, 2]) * u + c[1, 1]) * u + c[1, 0]
-    z = ((((c[2, 5] * u + c[2, 4]) * u + c[2, 3]) * u + c[2, 2]) * u + c[2, 1]) * u + c[2, 0]
-    return x, y, z
+    return _value(c, 0, u), _value(c, 1, u), _value(c, 2, u)
 
 
 @law
@@ -93,10 +102,7 @@ def motion(polynomial, interval, body, t):
     i = min(max(int(s), 0), polynomial.shape[0] - 1)
     u = s - i
     c = polynomial[i, body]
-    x = (((5.0 * c[0, 5] * u + 4.0 * c[0, 4]) * u + 3.0 * c[0, 3]) * u + 2.0 * c[0, 2]) * u + c[0, 1]
-    y = (((5.0 * c[1, 5] * u + 4.0 * c[1, 4]) * u + 3.0 * c[1, 3]) * u + 2.0 * c[1, 2]) * u + c[1, 1]
-    z = (((5.0 * c[2, 5] * u + 4.0 * c[2, 4]) * u + 3.0 * c[2, 3]) * u + 2.0 * c[2, 2]) * u + c[2, 1]
-    return x / interval, y / interval, z / interval
+    return _slope(c, 0, u) / interval, _slope(c, 1, u) / interval, _slope(c, 2, u) / interval
 
 
 @kernel

@@ -18,6 +18,7 @@ from __future__ import annotations
 from matter.compilation.jit import law
 from nbody.masses.dop853 import COLUMNS, COUNT, E3, E5, STAGES, A, B, C
 from nbody.masses.ephemeris import body_position
+from nbody.masses.state_vector import VX, VY, VZ, distance2, speed2
 
 
 @law
@@ -73,7 +74,7 @@ def swing(t, y, sign, orbits):
     The averaged far field moves the mean velocity, v - dv: switching without this kick costs up to 1 km after a year.
     """
     gm = orbits.gm
-    r2 = y[0] * y[0] + y[1] * y[1] + y[2] * y[2]
+    r2 = distance2(y)
     rho = (y[0] * y[0] + y[1] * y[1]) ** 0.5 + 1e-300
     cosine, sine = y[0] / rho, y[1] / rho
     r5 = r2 * r2 * r2**0.5
@@ -85,9 +86,9 @@ def swing(t, y, sign, orbits):
         cos2, sin2 = (c * c - s * s) / a2, 2.0 * c * s / a2
         k = 0.75 * g * rho / r5
         q = -1.875 * g * rho * rho / (r5 * r2) * sin2
-        y[3] += k * (sin2 * cosine + cos2 * sine) + q * y[0]
-        y[4] += k * (sin2 * sine - cos2 * cosine) + q * y[1]
-        y[5] += q * y[2]
+        y[VX] += k * (sin2 * cosine + cos2 * sine) + q * y[0]
+        y[VY] += k * (sin2 * sine - cos2 * cosine) + q * y[1]
+        y[VZ] += q * y[2]
 
 
 @law
@@ -96,7 +97,7 @@ def step(t, y, h, near, orbits, kx, kv, new):
 
     Returns the weighted error norm: positions against |x|, velocities against |v|.
     """
-    kx[0, 0], kx[0, 1], kx[0, 2] = y[3], y[4], y[5]
+    kx[0, 0], kx[0, 1], kx[0, 2] = y[VX], y[VY], y[VZ]
     for s in range(1, STAGES):
         x0, x1, x2, v0, v1, v2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
         for entry in range(COUNT[s]):
@@ -108,7 +109,7 @@ def step(t, y, h, near, orbits, kx, kv, new):
             v0 += a * kv[j, 0]
             v1 += a * kv[j, 1]
             v2 += a * kv[j, 2]
-        kx[s, 0], kx[s, 1], kx[s, 2] = y[3] + h * v0, y[4] + h * v1, y[5] + h * v2
+        kx[s, 0], kx[s, 1], kx[s, 2] = y[VX] + h * v0, y[VY] + h * v1, y[VZ] + h * v2
         kv[s, 0], kv[s, 1], kv[s, 2] = field(t + C[s] * h, y[0] + h * x0, y[1] + h * x1, y[2] + h * x2, near, orbits)
     ex5, ex3, ev5, ev3 = 0.0, 0.0, 0.0, 0.0
     for d in range(3):
@@ -126,8 +127,8 @@ def step(t, y, h, near, orbits, kx, kv, new):
         ex3 += x3 * x3
         ev5 += v5 * v5
         ev3 += v3 * v3
-    r2 = new[0] * new[0] + new[1] * new[1] + new[2] * new[2]
-    w2 = max(new[3] * new[3] + new[4] * new[4] + new[5] * new[5], 1.0)  # 1 m/s: a particle may stand still
+    r2 = distance2(new)
+    w2 = max(speed2(new), 1.0)  # 1 m/s: a particle may stand still
     e5 = ex5 / r2 + ev5 / w2
     e3 = ex3 / r2 + ev3 / w2
     return h * e5 / (0.5 * (e5 + 0.01 * e3) + 1e-300) ** 0.5

@@ -188,14 +188,14 @@ def latitude_dependence(table: Table, moons: Sequence[Body], target: int, out: P
                 part / area,
             ]
         )
-    array = np.array(rows, float)
-    middle = 0.5 * (array[:, 0] + array[:, 1])
-    axes[0, 0].errorbar(middle, array[:, 2], array[:, 3], fmt="o", markersize=4, label="census")
-    axes[0, 0].plot(middle, array[:, 4], "k--", linewidth=1, label="beam, 22 deg")
+    lower, upper, mean_deg, mean_error, beam_deg, per_area, per_area_error, beam_per_area = np.array(rows, float).T
+    middle = 0.5 * (lower + upper)
+    axes[0, 0].errorbar(middle, mean_deg, mean_error, fmt="o", markersize=4, label="census")
+    axes[0, 0].plot(middle, beam_deg, "k--", linewidth=1, label="beam, 22 deg")
     axes[0, 0].axhline(45.0, color="grey", linewidth=0.6)
     axes[0, 0].set(title=moons[target].title, xlabel="|latitude| [deg]", ylabel="mean angle from the vertical [deg]")
-    axes[0, 1].errorbar(middle, array[:, 5], array[:, 6], fmt="o", markersize=4, label="census")
-    axes[0, 1].plot(middle, array[:, 7], "k--", linewidth=1, label="beam, 22 deg")
+    axes[0, 1].errorbar(middle, per_area, per_area_error, fmt="o", markersize=4, label="census")
+    axes[0, 1].plot(middle, beam_per_area, "k--", linewidth=1, label="beam, 22 deg")
     axes[0, 1].set(xlabel="|latitude| [deg]", ylabel="impacts per area over the mean")
     for axis in axes[0]:
         axis.legend(fontsize=8)

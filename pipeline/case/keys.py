@@ -309,7 +309,10 @@ def wildcard(path: tuple[str, ...]) -> tuple[str, ...]:
     if parts[:2] == ("crater", "chain") and len(parts) > 3:
         return (*parts[:3], MEASURE)
     named = parts[:2] in (("sph", "materials"), ("sweep", "prior"))
-    return (*parts[:2], MATERIAL, *parts[3:]) if named and len(parts) > 2 else parts
+    if named and len(parts) > 2:
+        table, group, _, *rest = parts
+        return (table, group, MATERIAL, *rest)
+    return parts
 
 
 def find(name: str) -> tuple[list[Table], list[Key]]:

@@ -16,10 +16,10 @@ from pipeline.store import folder, view
 from pipeline.store.store import Entry, store_of
 
 HERE, STORED, MADE, CONTINUED, UNKNOWN = (
-    "done before",
+    "already done",
     "in the store",
-    "to be made",
-    "to be continued",
+    "will be computed",
+    "will be continued",
     "reused if cached, otherwise computed (known once its inputs exist)",
 )
 

@@ -82,8 +82,8 @@ def table(request: Request, rows: dict[str, dict[str, float]], planned: Mapping[
     memory, most = room.needs(rows.values())
     lines.append(f"{'total':<12}{duration(wall):>14}{size(memory):>12}{size(disk):>12}")
     lines.append(
-        f"time: {threads()}, kernels compiled before (a first run compiles for some minutes); memory: the largest "
-        f"stage; disk: {size(most - disk)} more for checkpoints while it runs"
+        f"times are for {threads()} and compiled kernels (a first run compiles for some minutes); memory is that of "
+        f"the largest stage; checkpoints take {size(most - disk)} more disk during the run"
     )
     return "\n".join(lines + [f"WARNING: {text}" for text in room.short_of(memory, most, request.out)])
 

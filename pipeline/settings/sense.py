@@ -358,7 +358,8 @@ def in_words(settings: Mapping[str, Model]) -> str:
     weight, strength = expected.weight, expected.ground.strength
     kind = getattr(settings.get("crater"), "ground", expected.ground.kind)
     ground = sph.target.layers[-1].material
-    text = f"expected transient crater: {readable.length(expected.diameter)} in {ground} by the laws of {kind}"
+    size = readable.length(expected.diameter)
+    text = f"expected transient crater: {size} in {ground}, by the scaling laws of {kind}"
     if weight <= 0.0:
         return (
             f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth"
@@ -366,14 +367,14 @@ def in_words(settings: Mapping[str, Model]) -> str:
             else f"{text}; nothing ends its growth"
         )
     if strength <= 0.0:
-        return f"{text}; it has no cohesion: gravity regime (rho g D = {_pressure(weight)})"
+        return f"{text}; the ground has no cohesion: gravity regime (rho g D = {_pressure(weight)})"
     verdict = (
         "strength holds it: the chain ends with the shock stage and the measuring"
         if expected.held
         else "gravity regime: a collapse stage follows"
     )
     return (
-        f"{text}; strength of a piece that large {_pressure(strength)}, {strength / weight:.2g} of rho g D = "
+        f"{text}; its strength at this size is {_pressure(strength)}, {strength / weight:.2g} times rho g D = "
         f"{_pressure(weight)}: {verdict}"
     )
 

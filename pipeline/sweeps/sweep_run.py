@@ -107,15 +107,15 @@ def cores() -> int:
 def checked(sweep: Sweep, threads: int) -> str:
     """What would run: the members, how many at once, which stages they share and what all of it costs."""
     slots = side_by_side(sweep, threads)
-    lines = [status(sweep), "", f"{'stage':<12}{'members':>10}{'to be made':>12}{'time':>14}"]
+    lines = [status(sweep), "", f"{'stage':<12}{'members':>10}{'to compute':>12}{'time':>14}"]
     rows = sweep_cost.rows_of(sweep)
     lines += [f"{stage:<12}{row.members:>10}{row.made:>12}{duration(row.wall_s):>14}" for stage, row in rows.items()]
     total = sum(row.wall_s for row in rows.values())
     lines.append(f"{'total':<12}{'':>22}{duration(total):>14}")
     at_once = f"{slots} at once, {threads} thread{'s' if threads > 1 else ''} each"
     lines.append(
-        f"time: {prediction.threads()}, kernels compiled before; at most, since what members make alike is known only "
-        f"when it is there; {at_once}"
+        f"times are for {prediction.threads()} and compiled kernels, and at most this long: members may yet have more "
+        f"stages in common; {at_once}"
     )
     return "\n".join(lines)
 

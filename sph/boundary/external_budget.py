@@ -26,6 +26,8 @@ COLUMNS = (
     "outside_momentum_x outside_momentum_y outside_momentum_z outside_angular_momentum_x outside_angular_momentum_y "
     "outside_angular_momentum_z outside_energy_J"
 ).split()
+LX, LY, LZ, ENERGY = range(3, 7)
+"""Of them: angular momentum and energy; momentum stands before."""
 _KEPT = ("given", "rate")
 
 
@@ -34,9 +36,9 @@ def _book(total, weight, x, p):
     """Add the momentum ``weight p`` at the position ``x`` to ``total`` (7,)."""
     for c in range(3):
         total[c] += weight * p[c]
-    total[3] += weight * (x[1] * p[2] - x[2] * p[1])
-    total[4] += weight * (x[2] * p[0] - x[0] * p[2])
-    total[5] += weight * (x[0] * p[1] - x[1] * p[0])
+    total[LX] += weight * (x[1] * p[2] - x[2] * p[1])
+    total[LY] += weight * (x[2] * p[0] - x[0] * p[2])
+    total[LZ] += weight * (x[0] * p[1] - x[1] * p[0])
 
 
 @kernel
@@ -45,7 +47,7 @@ def _rim(identity, fixed, mass, position, acceleration, energy, rate):
     for i in range(len(mass)):
         if fixed[identity[i]]:
             _book(rate, -mass[i], position[i], acceleration[i])
-            rate[6] -= mass[i] * energy[i]
+            rate[ENERGY] -= mass[i] * energy[i]
 
 
 @kernel
@@ -63,7 +65,7 @@ def _layer_sums(identity, kappa, mass, position, velocity, energy, total):
         if kappa[identity[i]] > 0.0:
             v = velocity[i]
             _book(total, mass[i], position[i], v)
-            total[6] += mass[i] * (0.5 * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2) + energy[i])
+            total[ENERGY] += mass[i] * (0.5 * (v[0] ** 2 + v[1] ** 2 + v[2] ** 2) + energy[i])
 
 
 def _all_layers(cloud, edge: Edge) -> np.ndarray:

@@ -47,9 +47,12 @@ from sph.eos import densest, table_slopes
 
 SOURCES = ("Hyman1983", "GregoryDelbourgo1982", "DelbourgoGregory1985")
 Row = None
-# rho0, modulus, energy of the zero, numbers of densities and temperatures, first ln rho, bins of the index of the
-# densities in each unit of ln rho, and in all; least heat, its logarithm, bins of the index of the energies in each
-# unit of ln heat, and in all
+RHO0, MODULUS, ZERO, DENSITIES, TEMPERATURES = range(5)
+X_FIRST, X_RATE, X_BINS = range(5, 8)
+HEAT_LEAST, HEAT_FIRST, HEAT_RATE, HEAT_BINS = range(8, 12)
+"""The head of a row: rho0, bulk modulus, energy of the zero, numbers of densities and of temperatures; of the index of
+the densities the first ln rho, bins in each unit of ln rho and in all; of that of the energies the least heat, its
+logarithm, bins in each unit of ln heat and in all."""
 HEAD = 12
 WIDTH = HEAD
 """Least numbers of a row: the head, before the table's own."""
@@ -115,13 +118,13 @@ def _inverted(p: Parameters, table: sesame.Table) -> np.ndarray:
     heat, energies = _energy_index(u)
     head = [p.rho0, 0.0, 0.0, n, k, x[0], rate, bins, *heat]
     numbers = np.concatenate([head, index, x, table.T, u[:, 0], energies.ravel(), nodes.ravel()])
-    numbers[2] = _energy_at(p.rho0, p.temperature, numbers)
+    numbers[ZERO] = _energy_at(p.rho0, p.temperature, numbers)
     P, d_rho, d_u = pressure_and_derivatives(p.rho0, 0.0, numbers)
     K = p.rho0 * (d_rho + P / p.rho0**2 * d_u)
     if K <= 0.0:
         raise InputError(f"{p.file}: matter at {p.rho0:g} kg/m^3 and {p.temperature:g} K has no stiffness, a mixture")
     if abs(P) < GAS * K:
-        numbers[1] = K
+        numbers[MODULUS] = K
         if abs(P) > REST * K:
             raise InputError(
                 f"{p.file}: at {p.temperature:g} K and rho0 = {p.rho0:g} kg/m^3 the pressure is {P / 1e6:.4g} MPa; "
@@ -157,16 +160,16 @@ def fault(p: Parameters) -> str:
 @law
 def modulus(t):
     """Bulk modulus at rest [Pa], rho0 c^2; 0 for a gas."""
-    return t[1]
+    return t[MODULUS]
 
 
 @law(forceinline=True)
 def _cell(x, t):
     """The last density node at or below ``x`` = ln rho, and the weights of the cubic: of the values and slopes at both
     ends, in the value and in its slope."""
-    n, bins = int(t[3]), int(t[7])
+    n, bins = int(t[DENSITIES]), int(t[X_BINS])
     first = HEAD + bins
-    i = int(t[HEAD + min(max(int((x - t[5]) * t[6]), 0), bins - 1)])
+    i = int(t[HEAD + min(max(int((x - t[X_FIRST]) * t[X_RATE]), 0), bins - 1)])
     i += int(i < n - 2 and t[first + i + 1] <= x)
     while i < n - 2 and t[first + i + 1] <= x:  # nodes closer than a bin
         i += 1
@@ -184,26 +187,28 @@ def _cell(x, t):
 @law(forceinline=True)
 def _cubic(at, across, a, t):
     """A cubic whose value stands at ``at`` in the row and, at the next density, ``across`` further on."""
-    return a[0] * t[at] + a[1] * t[at + 1] + a[2] * t[at + across] + a[3] * t[at + across + 1]
+    low, low_slope, high, high_slope = a
+    return low * t[at] + low_slope * t[at + 1] + high * t[at + across] + high_slope * t[at + across + 1]
 
 
 @law(forceinline=True)
 def _slope(at, across, d, t):
     """The slope in x of ``_cubic`` of the same position, of the weights ``d``."""
-    return d[0] * t[at] + d[1] * t[at + 1] + d[2] * t[at + across] + d[3] * t[at + across + 1]
+    low, low_slope, high, high_slope = d
+    return low * t[at] + low_slope * t[at + 1] + high * t[at + across] + high_slope * t[at + across + 1]
 
 
 @law(forceinline=True)
 def _isotherm(i, u, a, t):
     """Number of the last isotherm but one whose energy is at or below ``u``, where its node stands in the row, its
     energy, and how much that of the next is above it."""
-    n, k, bins = int(t[3]), int(t[4]), int(t[11])
+    n, k, bins = int(t[DENSITIES]), int(t[TEMPERATURES]), int(t[HEAT_BINS])
     across = k * FIELDS
-    cold = HEAD + int(t[7]) + n + k
+    cold = HEAD + int(t[X_BINS]) + n + k
     index = cold + n
     nodes = index + (n - 1) * bins + i * across
-    heat = max(u - t[cold + i] - a[2] * (t[cold + i + 1] - t[cold + i]), 0.0) + t[8]
-    j = int(t[index + i * bins + min(max(int((math.log(heat) - t[9]) * t[10]), 0), bins - 1)])
+    heat = max(u - t[cold + i] - a[2] * (t[cold + i + 1] - t[cold + i]), 0.0) + t[HEAT_LEAST]
+    j = int(t[index + i * bins + min(max(int((math.log(heat) - t[HEAT_FIRST]) * t[HEAT_RATE]), 0), bins - 1)])
     at = nodes + j * FIELDS
     below, above = _cubic(at, across, a, t), _cubic(at + FIELDS, across, a, t)
     while j < k - 2 and above <= u:
@@ -221,9 +226,9 @@ def _isotherm(i, u, a, t):
 def pressure_and_derivatives(rho, u, t):
     """P [Pa], dP/drho at constant u, dP/du at constant rho; ``t`` as ``row`` makes it."""
     i, a, d = _cell(math.log(rho), t)
-    u += t[2]
+    u += t[ZERO]
     _j, at, below, gap = _isotherm(i, u, a, t)
-    across = int(t[4]) * FIELDS
+    across = int(t[TEMPERATURES]) * FIELDS
     q, q_x = _cubic(at + Q, across, a, t), _slope(at + Q, across, d, t)
     f = (u - below) / gap
     if f <= 0.0:
@@ -270,9 +275,9 @@ def pressure_and_derivatives(rho, u, t):
 def temperature(rho, u, t):
     """T [K]."""
     i, a, _d = _cell(math.log(rho), t)
-    u += t[2]
+    u += t[ZERO]
     j, _at, below, gap = _isotherm(i, u, a, t)
-    first = HEAD + int(t[7]) + int(t[3]) + j
+    first = HEAD + int(t[X_BINS]) + int(t[DENSITIES]) + j
     return t[first] + max(u - below, 0.0) / gap * (t[first + 1] - t[first])
 
 
@@ -281,24 +286,24 @@ def entropy(rho, u, t):
     """s [J/(kg K)], on the table's own zero."""
     x = math.log(rho)
     i, a, _d = _cell(x, t)
-    u += t[2]
+    u += t[ZERO]
     j, at, below, gap = _isotherm(i, u, a, t)
     f = max(u - below, 0.0) / gap
-    across = int(t[4]) * FIELDS
-    first = HEAD + int(t[7]) + int(t[3]) + j
+    across = int(t[TEMPERATURES]) * FIELDS
+    first = HEAD + int(t[X_BINS]) + int(t[DENSITIES]) + j
     cold, hot = t[first], t[first + 1]
     fraction = math.log1p(f * (hot / cold - 1.0)) / math.log(hot / cold)
     s = (1.0 - fraction) * _cubic(at + S, across, a, t) + fraction * _cubic(at + FIELDS + S, across, a, t)
-    deficit = min(x - t[5], 0.0)  # an ideal gas goes on straight
+    deficit = min(x - t[X_FIRST], 0.0)  # an ideal gas goes on straight
     return s + deficit * ((1.0 - fraction) * t[at + SLOPE_S] + fraction * t[at + FIELDS + SLOPE_S])
 
 
 def _energy_at(rho: float, T: float, t: np.ndarray) -> float:
     """The table's own u [J/kg] at ``rho`` and ``T``."""
     i, a, _d = _cell(math.log(rho), t)
-    n, k = int(t[3]), int(t[4])
-    first, across = HEAD + int(t[7]) + n, k * FIELDS
-    nodes = first + k + n + (n - 1) * int(t[11]) + i * across
+    n, k = int(t[DENSITIES]), int(t[TEMPERATURES])
+    first, across = HEAD + int(t[X_BINS]) + n, k * FIELDS
+    nodes = first + k + n + (n - 1) * int(t[HEAT_BINS]) + i * across
     energies = [_cubic(nodes + j * FIELDS, across, a, t) for j in range(k)]
     return float(np.interp(T, t[first : first + k], energies))
 
@@ -309,7 +314,7 @@ _densest = densest.density_at_pressure(pressure_and_derivatives)
 @law
 def density(P, u, t):
     """The densest density [kg/m^3] with pressure P [Pa] at u [J/kg]; -1 where none exists."""
-    return _densest(P, u, t[0], t)
+    return _densest(P, u, t[RHO0], t)
 
 
 @law

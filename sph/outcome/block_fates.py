@@ -23,24 +23,26 @@ def fates(run: Simulation) -> dict[str, Any]:
         [cloud.position, cloud.initial_position, cloud.velocity, damage[:, None]], axis=1
     )  # fmt: skip
     mean = block_bodies.means(cloud.block, count, cloud.mass, values)
-    found = np.isfinite(mean[:, 9])
+    position, before, velocity, hurt = np.split(mean, np.cumsum([3, 3, 3]), axis=1)
+    way, hurt = position - before, hurt[:, 0]
+    found = np.isfinite(hurt)
     momentum = cloud.mass[:, None] * cloud.velocity
     between = (cloud.block < 0) & (cloud.layer >= 0)
     listed = [
         {
             "block": j,
-            "displacement_m": (mean[j, :3] - mean[j, 3:6]).tolist(),
-            "velocity_m_s": mean[j, 6:9].tolist(),
-            "damage": float(mean[j, 9]),
+            "displacement_m": way[j].tolist(),
+            "velocity_m_s": velocity[j].tolist(),
+            "damage": float(hurt[j]),
         }
         for j in range(placing.listed)
         if found[j]
     ]
     return {
-        "whole": int((mean[found, 9] < block_bodies.WHOLE).sum()),
-        "broken": int((mean[found, 9] >= block_bodies.WHOLE).sum()),
+        "whole": int((hurt[found] < block_bodies.WHOLE).sum()),
+        "broken": int((hurt[found] >= block_bodies.WHOLE).sum()),
         "block_momentum_kg_m_s": momentum[cloud.block >= 0].sum(axis=0).tolist(),
         "matrix_momentum_kg_m_s": momentum[between].sum(axis=0).tolist(),
-        "largest_displacement_m": float(np.linalg.norm(mean[found, :3] - mean[found, 3:6], axis=1).max(initial=0.0)),
+        "largest_displacement_m": float(np.linalg.norm(way[found], axis=1).max(initial=0.0)),
         "listed": listed,
     }

@@ -34,9 +34,9 @@ CROSSINGS, FOLDS = 1.5, 10.0
 def chosen(target: Target, impact: Impact, materials: Mapping[str, Choice]) -> Materials:
     """The materials of target and projectile with the laws that the case chooses, the same as before for the same
     objects; raises ``InputError``."""
-    for known in _CHOSEN:
-        if known[0] is target and known[1] is impact and known[2] is materials:
-            return known[3]
+    for known_target, known_impact, known_materials, found in _CHOSEN:
+        if known_target is target and known_impact is impact and known_materials is materials:
+            return found
     names = [*target.materials, *impact.projectile.materials, *target.block_materials]
     found = collect(tuple(dict.fromkeys(names)), materials)
     _CHOSEN.append((target, impact, materials, found))

@@ -116,7 +116,7 @@ def advance(bed: Assembly, duration: float) -> float:
     for _ in range(max(1, round(duration / bed.dt))):
         bed.step()
     stop_here("bulk flow")
-    here = bed.W[: bed.moving, :3]
+    here = bed.velocity[: bed.moving]
     return float(np.sqrt(np.mean(np.sum(here**2, axis=1)))) if len(here) else 0.0
 
 
@@ -127,7 +127,7 @@ def released(bed: Assembly, contact: Contact, walls: Sequence[Wall]) -> Assembly
 
 def remove_fallen(bed: Assembly, below: float) -> int:
     """Take away the grains whose centres are lower than ``below``; returns how many."""
-    fallen = (bed.X[:, 2] < below) & (bed.state != LEFT)
+    fallen = (bed.position[:, 2] < below) & (bed.state != LEFT)
     count = int(fallen.sum())
     if count:
         bed.change_states(fallen, LEFT, "landed_outside")
@@ -177,7 +177,7 @@ def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Col
     """A column of ``radius`` [d] and height ``aspect`` * radius let go on a rough floor."""
     floor = [Wall(PLANE, species=0)]
     bed = filled(radius, aspect * radius, floor, contact, seed)
-    top = 2.0 * float(bed.mass @ bed.X[:, 2] / bed.mass.sum())
+    top = 2.0 * float(bed.mass @ bed.position[:, 2] / bed.mass.sum())
     aspect = top / radius
     bed = released(bed, contact, [*floor, *SIDES])
     duration = 3.0 * math.sqrt(top)
@@ -186,7 +186,7 @@ def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Col
         duration += 2.0
     position, deep = thickness(bed)
     edge = front(position, deep)
-    inner = bed.X[np.hypot(bed.X[:, 0], bed.X[:, 1]) < max(2.0, 0.15 * radius)]
+    inner = bed.X[np.hypot(bed.position[:, 0], bed.position[:, 1]) < max(2.0, 0.15 * radius)]
     expected = 1.24 * aspect if aspect < 1.7 else 1.6 * math.sqrt(aspect)
     high = aspect if aspect < 1.0 else 0.88 * aspect ** (1.0 / 6.0)
     return Column(
@@ -228,8 +228,8 @@ def hopper(hole: float, full: Assembly, radius: float, contact: Contact) -> Hopp
 
     Raises ``InputError`` when nothing has fallen for a time of 20 sqrt(d/g).
     """
-    middle = 0.5 * float(full.X[:, 2].max())
-    low = full.X[(full.X[:, 2] < middle), RADIUS]
+    middle = 0.5 * float(full.position[:, 2].max())
+    low = full.X[(full.position[:, 2] < middle), RADIUS]
     fraction = float(np.sum(4.0 / 3.0 * math.pi * low**3) / (math.pi * radius**2 * middle))
     bed = released(full, contact, [funnel((0.5 * hole, 0.0), (radius, 0.0), species=0), cylinder(radius)])
     whole, fallen, last = float(bed.mass.sum()), 0, 0.0

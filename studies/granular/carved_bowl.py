@@ -102,7 +102,7 @@ def relax(
     while run.time < longest * unit and not still:
         for _ in range(max(1, round(2.0 * unit / run.dt))):
             run.step()
-        speed = math.sqrt(float(np.mean(np.sum(run.W[:, :3] ** 2, axis=1))))
+        speed = math.sqrt(float(np.mean(np.sum(run.velocity**2, axis=1))))
         still = run.time > 10.0 * unit and speed < 0.002 * math.sqrt(g * radius)
         progress.update(run.time / unit, f"{speed:.3g} m/s")
         if out and cadence.due():

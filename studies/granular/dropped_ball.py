@@ -180,7 +180,7 @@ def fall(bed: Particles, ball: Ball, springs: float = 1.0) -> Fall:
                 track.append(value)
             if speed <= 0.0:
                 stopped = t[-2] + (t[-1] - t[-2]) * v[-2] / (v[-2] - v[-1])
-        rms = math.sqrt(float(np.mean(np.sum(run.W[:, :3] ** 2, axis=1))))
+        rms = math.sqrt(float(np.mean(np.sum(run.velocity**2, axis=1))))
     end = run.particles(bed.attributes, tables=False)
     ring, top = _profile(end.select(end.identity <= bed.identity.max()))
     change = top - _profile(bed)[1]
@@ -195,7 +195,7 @@ def fall(bed: Particles, ball: Ball, springs: float = 1.0) -> Fall:
 def _of_ball(run: Assembly, ground: float) -> tuple[float, float]:
     """Depth of the ball's lowest point [d] and its speed down."""
     k = int(np.argmax(run.identity))
-    return ground - float(run.X[k, 2] - run.X[k, RADIUS]), -float(run.W[k, 2])
+    return ground - float(run.position[k, 2] - run.X[k, RADIUS]), -float(run.velocity[k, 2])
 
 
 def hollow(ring: np.ndarray, ground: np.ndarray) -> tuple[float, float]:

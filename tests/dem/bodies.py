@@ -4,9 +4,13 @@ needed."""
 from __future__ import annotations
 
 import json
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+
+from matter.blocks import block_file, placing
+from matter.case.body import Target
 
 G = 6.6743e-11
 
@@ -67,3 +71,16 @@ def write_layered(path: Path, layers, density, core_density: float) -> None:
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(json.dumps(content))
+
+
+def write_blocks(path: Path, target: Target, density: float, unresolved: Sequence[int] = ()) -> None:
+    """Write the blocks of ``target`` beside its ``target.json`` (``path``), which then names their hash. The
+    ``unresolved`` ones have no particles of their own."""
+    found = placing.of_target(target)
+    if found is None:
+        return
+    resolved = np.ones(len(found.volume), dtype=int)
+    resolved[list(unresolved)] = 0
+    blocks = block_file.particles(target, found, density, resolved)
+    block_file.write(blocks, path.parent)
+    path.write_text(json.dumps(json.loads(path.read_text()) | {block_file.DIGEST: block_file.digest(blocks)}))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import pytest
 
 from dem.beds import stage
+from dem.trials import friction_angle
 from matter.case.body import Impact, Target
 from tests.dem import bodies
 
@@ -37,3 +38,11 @@ def bed_run(tmp_path_factory, bed_settings):
     (run / "3_bed").mkdir()
     stage.run(bed_settings, run, run / "3_bed")
     return run
+
+
+@pytest.fixture(scope="module")
+def known_friction_angle():
+    """The friction angle of the default law, as ``dem.trials.friction_angle`` measures it in a minute."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 27.4, "fraction": 0.58})
+        yield

@@ -16,6 +16,7 @@ from matter.blocks import block_file, placing
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.files import snapshot
+from tests.dem import bodies
 from tests.dem.test_flat_bed import IMPACT, TARGET, write_ground
 
 DENSITY = 2500.0
@@ -34,14 +35,7 @@ def made(folder, target: Target, density=DENSITY, unresolved=(), **settings):
     path = folder / "2_sph" / "target.json"
     write_ground(path)
     (folder / "3_bed").mkdir(exist_ok=True)
-    found = placing.of_target(target)
-    if found is not None:
-        resolved = np.ones(len(found.volume), dtype=int)
-        resolved[list(unresolved)] = 0
-        blocks = block_file.particles(target, found, density, resolved)
-        block_file.write(blocks, path.parent)
-        facts = json.loads(path.read_text()) | {block_file.DIGEST: block_file.digest(blocks)}
-        path.write_text(json.dumps(facts))
+    bodies.write_blocks(path, target, density, unresolved)
     usual = dict(
         target=target, impact=IMPACT, count=1000, arc_radius=10.0, headroom_fraction=0.2, growth=0.0, depth=10.0
     )
@@ -133,8 +127,8 @@ def test_other_blocks_than_the_shock_stage_had_are_refused(tmp_path):
     target = target_of(LARGE)
     path = tmp_path / "2_sph" / "target.json"
     write_ground(path)
-    blocks = block_file.particles(target, placing.of_target(target), DENSITY)
-    path.write_text(json.dumps(json.loads(path.read_text()) | {block_file.DIGEST: block_file.digest(blocks)}))
+    bodies.write_blocks(path, target, DENSITY)
+    blocks = block_file.read(path.parent)
     blocks["position"] = blocks.position + 0.5
     block_file.write(blocks, path.parent)
     with pytest.raises(InputError, match="not the blocks that target"):

@@ -15,13 +15,15 @@ from dem.collapse.origins import Origins
 from dem.contact.settings import Contact
 from dem.grains.assembly import Assembly, Extras
 from dem.grains.self_gravity import SelfGravity
-from dem.trials import friction_angle
 from matter.blocks import block_file, placing
 from matter.case.body import Impact, Target
 from matter.errors import InputError
 from matter.files import snapshot
 from matter.particles import Particles
 from sph.bodies import solid_target
+from tests.dem import bodies
+
+pytestmark = pytest.mark.usefixtures("known_friction_angle")
 
 DENSITY, BLOCK = 2000.0, 2900.0
 BODY = {
@@ -47,26 +49,13 @@ def made(folder, target: Target, unresolved=(), density=BLOCK, count=500, **sett
     """The bed of a body with its blocks, and its report; ``unresolved``: those without particles of their own."""
     for name in ("2_sph", "3_bed"):
         (folder / name).mkdir(parents=True)
-    facts, found = solid_target.target_json(target, DENSITY), placing.of_target(target)
-    if found is not None:
-        resolved = np.ones(len(found.volume), dtype=int)
-        resolved[list(unresolved)] = 0
-        blocks = block_file.particles(target, found, density, resolved)
-        block_file.write(blocks, folder / "2_sph")
-        facts |= {block_file.DIGEST: block_file.digest(blocks)}
-    (folder / "2_sph" / "target.json").write_text(json.dumps(facts))
+    path = folder / "2_sph" / "target.json"
+    path.write_text(json.dumps(solid_target.target_json(target, DENSITY)))
+    bodies.write_blocks(path, target, density, unresolved)
     given = {"target": target, "impact": Impact.model_validate(IMPACT), "count": count} | settings
     bed_stage.run(bed_stage.Settings(**given), folder, folder / "3_bed")
     report = json.loads((folder / "3_bed" / "bed_report.json").read_text())
     return snapshot.read(folder / "3_bed" / "bed.vtkhdf"), report
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _known_angle():
-    """The friction angle of the default law, as ``dem.trials.friction_angle`` measures it in a minute."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 27.4, "fraction": 0.58})
-        yield
 
 
 @pytest.fixture(scope="module")

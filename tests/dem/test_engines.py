@@ -654,13 +654,11 @@ time.sleep(1000)
 """
 
 
-@pytest.mark.parametrize("ranks", [1, 2])
-def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
-    """SIGKILL of the process that started it ends the engine and its ranks; until then no second one is let into the
-    folder."""
-    grains = heap()
+@pytest.fixture
+def endless(tmp_path, engine) -> Path:
+    """A folder with the deck of a run of a billion steps."""
     scene = Scene(
-        grains,
+        heap(),
         Contact(shell=GrainLaw(twisting=0.0)),
         (Wall(PLANE, point=(0, 0, -9.0), species=0),),
         Field.constant((0, 0, -1.0)),
@@ -668,7 +666,14 @@ def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
         12.0,
     )
     external.ENGINES[engine].write(scene, Plan(10**9, 10**6), tmp_path, "in.deck")
-    words = [sys.executable, "-c", PARENT.format(engine=engine, ranks=ranks, folder=str(tmp_path))]
+    return tmp_path
+
+
+@pytest.mark.parametrize("ranks", [1, 2])
+def test_no_engine_outlives_a_killed_run(endless, engine, ranks):
+    """SIGKILL of the process that started it ends the engine and its ranks; until then no second one is let into the
+    folder."""
+    words = [sys.executable, "-c", PARENT.format(engine=engine, ranks=ranks, folder=str(endless))]
     parent = subprocess.Popen(words, stdout=subprocess.PIPE)
     pid = int(parent.stdout.readline())
     time.sleep(1.5)
@@ -677,7 +682,7 @@ def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
         found = []
         for link in Path("/proc").glob("[0-9]*/cwd"):
             try:
-                found += [int(link.parts[2])] if link.resolve() == tmp_path.resolve() else []
+                found += [int(link.parts[2])] if link.resolve() == endless.resolve() else []
             except OSError:  # ended meanwhile
                 continue
         return found
@@ -685,7 +690,7 @@ def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
     assert pid in working() and len(working()) >= ranks
     with pytest.MonkeyPatch.context() as patch, pytest.raises(InputError, match="still works in"):
         patch.setattr(program, "PATIENCE_S", 0.3)
-        program.start(engine, "in.deck", 1, tmp_path, "log")
+        program.start(engine, "in.deck", 1, endless, "log")
     parent.kill()
     parent.wait()
     for _ in range(100):
@@ -693,23 +698,13 @@ def test_no_engine_outlives_a_killed_run(tmp_path, engine, ranks):
             break
         time.sleep(0.1)
     assert not working()
-    other = program.start(engine, "in.deck", 1, tmp_path, "log")
+    other = program.start(engine, "in.deck", 1, endless, "log")
     other.end()
 
 
-def test_the_engine_ends_with_its_parent_asked_to_stop(tmp_path, engine):
+def test_the_engine_ends_with_its_parent_asked_to_stop(endless, engine):
     """A real signal to a running engine ends it and its ranks."""
-    grains = heap()
-    scene = Scene(
-        grains,
-        Contact(shell=GrainLaw(twisting=0.0)),
-        (Wall(PLANE, point=(0, 0, -9.0), species=0),),
-        Field.constant((0, 0, -1.0)),
-        1e-4,
-        12.0,
-    )
-    external.ENGINES[engine].write(scene, Plan(10**9, 10**6), tmp_path, "in.deck")
-    running = program.start(engine, "in.deck", 1, tmp_path, "log")
+    running = program.start(engine, "in.deck", 1, endless, "log")
     time.sleep(1.0)
     assert running.poll() is None
     running.end()

@@ -102,7 +102,7 @@ def test_the_prediction_is_the_bed(graded_bed):
     assert grains.below == pytest.approx((bed.headroom == 0).sum(), rel=0.2)
     assert grains.step == pytest.approx(report["time_step_s"], rel=0.15)
     words = " ".join(stage.explain(settings))
-    assert "growing to" in words and "3.3 radii of the widest settled crater" in words
+    assert "growing to" in words and "3.3 times that of the widest settled crater" in words
 
 
 @pytest.mark.validation

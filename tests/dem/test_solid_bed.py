@@ -29,6 +29,8 @@ from matter.geometry.rotation import rotation
 from sph.bodies import solid_target
 from tests.dem.stops import interrupted, same_grains
 
+pytestmark = pytest.mark.usefixtures("known_friction_angle")
+
 pytestmark = pytest.mark.validation
 
 DENSITY = 2400.0
@@ -57,14 +59,6 @@ def written(run, target: Target) -> None:
     (run / "2_sph").mkdir(parents=True)
     (run / "3_bed").mkdir()
     (run / "2_sph" / "target.json").write_text(json.dumps(solid_target.target_json(target, DENSITY)))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def _known_angle():
-    """The friction angle of the default law, as ``dem.trials.friction_angle`` measures it in a minute."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(friction_angle, "measure", lambda contact: {"angle_deg": 27.4, "fraction": 0.58})
-        yield
 
 
 @pytest.fixture(scope="module")

@@ -10,6 +10,7 @@ import pytest
 from fixtures import clouds
 from fixtures.clouds import ARC_FLAT, DEPTH
 from handoff.source import hydrostatic
+from handoff.transfer import carve
 from matter.files import snapshot
 
 
@@ -53,3 +54,11 @@ def run_folder(tmp_path_factory, sphere_cloud, sphere_bed) -> Path:
         )
         snapshot.write(source, run / "2_sph" / f"snap_{number:04d}.vtkhdf")
     return run
+
+
+@pytest.fixture(scope="module")
+def fewer_points():
+    """An eighth of the usual points: what is asked for here does not depend on their number."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(carve, "_LEAST_POWER", 16)
+        yield

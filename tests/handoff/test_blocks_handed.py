@@ -18,20 +18,14 @@ from handoff.transfer.blocks import block_room, whole_blocks
 from matter.errors import InputError
 from matter.particles import Particles
 
+pytestmark = pytest.mark.usefixtures("fewer_points")
+
 RADIUS = 3.0
 PLACES = np.array([[16.0, 0.0, -8.0], [-15.0, 4.0, -9.0], [0.0, -17.0, -8.0], [0.0, 0.0, -15.0], [2.0, 17.0, -8.0]])
 STAYS, MOVED, BROKEN, DEEP, THROWN = range(5)
 ABOVE = np.array([0.0, 0.0, 14.0])
 """How far the thrown one has come."""
 ASIDE = np.array([1.5, 0.0, 0.5])
-
-
-@pytest.fixture(scope="module", autouse=True)
-def fewer_points():
-    """An eighth of the usual points: what is asked for here does not hang on their number."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(carve, "_LEAST_POWER", 16)
-        yield
 
 
 @pytest.fixture(scope="module")

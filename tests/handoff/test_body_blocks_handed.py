@@ -21,6 +21,8 @@ from matter.geometry.rotation import rotation
 from matter.particles import Particles
 from tests.handoff.test_whole_body import BODY, DATUM, DENSITY, OMEGA, TIME, bed, column, source
 
+pytestmark = pytest.mark.usefixtures("fewer_points")
+
 RADIUS = 14.0
 UP, ALONG = DATUM.normal, np.array([1.0, 0.0, 0.0])
 SITE = DATUM.site - 22.0 * UP
@@ -30,14 +32,6 @@ THROWN, STAYS, BROKEN, CARRIED = range(4)
 RISEN = 60.0 * UP
 ESCAPE = math.sqrt(2.0 * G * DENSITY * BODY.placed.solid.volume / np.linalg.norm(SITE))
 ROWS = ("whole_mass_rel", "whole_momentum_rel", "whole_angular_momentum_rel")
-
-
-@pytest.fixture(scope="module", autouse=True)
-def fewer_points():
-    """An eighth of the usual points: what is asked for here does not hang on their number."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(carve, "_LEAST_POWER", 16)
-        yield
 
 
 def with_blocks(plain: Particles) -> Particles:

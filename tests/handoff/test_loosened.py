@@ -18,21 +18,15 @@ from handoff.domains import domain
 from handoff.ledger_rows import account
 from handoff.settings import Settings
 from handoff.source import cloud_surface, hydrostatic
-from handoff.transfer import bulking, carve, ejecta, mapping, transfer
+from handoff.transfer import bulking, ejecta, mapping, transfer
 from matter.case import material
 from matter.errors import InputError
 from tests.dem.test_flat_bed import settled, write_ground
 
+pytestmark = pytest.mark.usefixtures("fewer_points")
+
 ICE = material.reference_density("ice")
 LOOSE, FACTOR = 0.7, 0.7 ** (1.0 / 3.0)
-
-
-@pytest.fixture(scope="module", autouse=True)
-def fewer_points():
-    """An eighth of the usual points: what is asked for here does not hang on their number."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(carve, "_LEAST_POWER", 16)
-        yield
 
 
 def half_loose():

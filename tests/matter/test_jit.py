@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -45,22 +44,11 @@ print(total(np.ones(4)), total.stats.cache_hits)
 
 
 @pytest.fixture
-def house(tmp_path):
-    """A small copy of the house: the floor's compiled-code policy and one room with a law and a loop."""
-    (tmp_path / "matter" / "compilation").mkdir(parents=True)
-    (tmp_path / "sph").mkdir()
-    for name in (
-        "__init__.py",
-        "compilation/__init__.py",
-        "compilation/jit.py",
-        "compilation/kernel_cache.py",
-        "compilation/law_dispatcher.py",
-    ):
-        shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
-    (tmp_path / "sph" / "__init__.py").write_text("")
-    (tmp_path / "sph" / "loop.py").write_text(LOOP)
-    (tmp_path / "sph" / "law_of_test.py").write_text(LAW.format(factor=2.0))
-    return tmp_path
+def house(small_house):
+    """A small copy of the house with a law and a loop."""
+    (small_house / "sph" / "loop.py").write_text(LOOP)
+    (small_house / "sph" / "law_of_test.py").write_text(LAW.format(factor=2.0))
+    return small_house
 
 
 def result(house: Path) -> tuple[float, bool]:

@@ -4,7 +4,6 @@ found again."""
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -99,21 +98,11 @@ print(*(loop(1.0) for loop in loops), sum(sum(loop.stats.cache_hits.values()) fo
 
 
 @pytest.fixture
-def house(tmp_path):
-    """The floor's compiled-code policy and one room with the two scripts."""
-    (tmp_path / "matter" / "compilation").mkdir(parents=True)
-    (tmp_path / "sph").mkdir()
-    for name in (
-        "__init__.py",
-        "compilation/__init__.py",
-        "compilation/jit.py",
-        "compilation/kernel_cache.py",
-        "compilation/law_dispatcher.py",
-    ):
-        shutil.copyfile(ROOT / "matter" / name, tmp_path / "matter" / name)
-    for name, text in {"__init__.py": "", "pairs.py": PAIRS, "closures.py": CLOSURES}.items():
-        (tmp_path / "sph" / name).write_text(text)
-    return tmp_path
+def house(small_house):
+    """A small copy of the house with the two scripts."""
+    for name, text in {"pairs.py": PAIRS, "closures.py": CLOSURES}.items():
+        (small_house / "sph" / name).write_text(text)
+    return small_house
 
 
 def printed(house: Path, module: str, *arguments: str) -> list[str]:

@@ -12,7 +12,6 @@ import pytest
 from handoff.ledger_rows import block_rows
 from matter.blocks import block_file
 from matter.files import snapshot
-from pipeline import cli
 
 CASE = """
 [case]
@@ -89,14 +88,12 @@ static_overlap = 0.01
 
 
 @pytest.mark.validation
-def test_the_same_blocks_go_from_the_shock_to_the_grains(tmp_path, monkeypatch):
+def test_the_same_blocks_go_from_the_shock_to_the_grains(tmp_path, run_case):
     """Four are listed; one is too small for a grain of its own, the shot breaks the one below it, two are whole."""
     (tmp_path / "case.toml").write_text(CASE)
-    monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs")])
-    with pytest.raises(SystemExit) as ended:
-        cli.run_case()
-    assert ended.value.code == 1  # the handover comes too early for a sound one: a shock is still in the ground
-    judge(next((tmp_path / "runs").glob("[!.]*-*")))
+    code, run = run_case(tmp_path)
+    assert code == 1  # the handover comes too early for a sound one: a shock is still in the ground
+    judge(run)
 
 
 def judge(run: Path) -> None:
@@ -195,15 +192,13 @@ snapshot_interval = "2 min"
 
 
 @pytest.mark.validation
-def test_a_body_of_blocks_goes_from_the_shock_to_the_settled_grains(tmp_path, monkeypatch):
+def test_a_body_of_blocks_goes_from_the_shock_to_the_settled_grains(tmp_path, run_case):
     """Three are whole at the handover, the two beside the site on their way out; every stage tells what leaves with
     blocks."""
     (tmp_path / "case.toml").write_text(BODY)
-    monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs"), "--threads", "1"])
-    with pytest.raises(SystemExit) as ended:
-        cli.run_case()
-    assert ended.value.code in (0, 1, None)
-    judge_body(next((tmp_path / "runs").glob("[!.]*-*")))
+    code, run = run_case(tmp_path)
+    assert code in (0, 1)
+    judge_body(run)
 
 
 def judge_body(run: Path) -> None:

@@ -60,7 +60,7 @@ def test_a_half_space_is_filled_in_for_every_projectile(tmp_path, size, held):
     said = sensible(request, settings)  # the crater of a large projectile is few of its radii wide
     few = cost_prediction.per_radius(sph) < 5.0
     assert len(said) == few == (size != "50 km") and all(FEW in words for words in said)
-    assert f"in {sph.target.layers[-1].material} by the laws of " in sense.in_words(settings)
+    assert f"in {sph.target.layers[-1].material}, by the scaling laws of " in sense.in_words(settings)
     assert case.stages == (("sph", "crater") if held else ("sph", "bed", "handoff", "dem", "crater"))
     assert ("strength holds it" in sense.in_words(settings)) == held
     rows = prediction.predictions(request, settings)

@@ -6,7 +6,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +14,6 @@ import pytest
 from matter.constants import G
 from matter.files import snapshot
 from matter.solids.placed import PATCH
-from pipeline import cli
 from pipeline.case import experimental
 from pipeline.case import read as cases
 from pipeline.settings import as_half_space, compose, sense
@@ -33,13 +31,6 @@ E2 = 1.0 - (438.0 / 502.0) ** 2
 POLAR = 2.0 / E2 * (1.0 - math.sqrt(1.0 - E2) * math.asin(math.sqrt(E2)) / math.sqrt(E2))
 KNOWN = 502.0 * (math.pi * G * 2700.0 / 2.2 * (2.0 - POLAR) - (2.0 * math.pi / (7.63 * 3600.0)) ** 2)
 """Gravity [m/s^2] at the equator of the spheroid (Binney & Tremaine 2008, Table 2.1) that turns: 1.364e-4."""
-
-
-def command(monkeypatch, *words: str) -> int:
-    monkeypatch.setattr(sys, "argv", ["run_case", *words])
-    with pytest.raises(SystemExit) as end:
-        cli.run_case()
-    return int(end.value.code or 0)
 
 
 def test_the_collapse_is_set_for_flat_ground_and_the_other_stages_for_the_body():
@@ -88,9 +79,9 @@ def test_a_whole_body_keeps_its_target_in_all_stages():
         (('bed.shape="cap"',), "bowl, box or cylinder of its ground"),
     ],
 )
-def test_what_cannot_be_laid_flat_ends_in_one_line_and_code_2(monkeypatch, capsys, tmp_path, changes, words):
+def test_what_cannot_be_laid_flat_ends_in_one_line_and_code_2(run_case, capsys, tmp_path, changes, words):
     sets = [word for one in changes for word in ("--set", one)]
-    code = command(monkeypatch, str(CASE), "--check", "--out", str(tmp_path), *sets)
+    code, _ = run_case(CASE, "--check", *sets, out=tmp_path)
     told = capsys.readouterr().err
     assert code == 2 and words in told and "Traceback" not in told
 
@@ -101,12 +92,12 @@ def test_such_a_patch_is_no_error_of_the_settings():
 
 
 @pytest.fixture(scope="module")
-def run(tmp_path_factory) -> Path:
+def run(tmp_path_factory, run_case) -> Path:
     out = tmp_path_factory.mktemp("patch")
     sets = [word for one in TINY for word in ("--set", one)]
-    with pytest.MonkeyPatch.context() as patch:
-        assert command(patch, str(CASE), "--out", str(out), "--threads", "1", *sets) in (0, 1)
-    return next(out.glob("on_an_ellipsoid-*"))
+    code, folder = run_case(CASE, *sets, out=out)
+    assert code in (0, 1)
+    return folder
 
 
 @pytest.mark.validation

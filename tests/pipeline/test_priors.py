@@ -275,7 +275,10 @@ def test_every_mistake_is_told_at_once(drive, case_folder):
 
 
 def test_a_case_with_priors_may_run_alone():
-    check({"kind": "prior", "prior": {"impact.speed": SPEED}})
+    priors = {"kind": "prior", "prior": {"impact.speed": SPEED}}
+    check(priors)
+    with pytest.raises(InputError, match="members: must be at least 1"):
+        check(priors | {"members": 0})
 
 
 def test_units_that_do_not_fit_are_told_of_all_derived_keys():

@@ -3,12 +3,9 @@ line."""
 
 from __future__ import annotations
 
-import sys
-
 import pytest
 
 from fixtures import tables
-from pipeline import cli
 from pipeline.case import read as cases
 from pipeline.settings import identity
 
@@ -98,22 +95,17 @@ def _scaled(text, column, factor):
     ],
     ids=["a word", "half of it", "gone", "a NaN", "a hole", "unsorted", "pressures in GPa"],
 )
-def test_a_bad_table_ends_the_command_with_2_and_one_line(folder, spoil, words, capsys, monkeypatch):
+def test_a_bad_table_ends_the_command_with_2_and_one_line(folder, spoil, words, capsys, run_case):
     table = folder / "rock.txt"
     if spoil:
         table.write_text(spoil(table.read_text()))
     else:
         table.unlink()
-    monkeypatch.setattr(sys, "argv", ["run_case", str(folder), "--check", "--out", str(folder / "runs")])
-    with pytest.raises(SystemExit) as ended:
-        cli.run_case()
+    code, _ = run_case(folder, "--check")
     told = capsys.readouterr()
-    assert ended.value.code == 2
+    assert code == 2
     assert words in " ".join((told.out + told.err).split()) and "Traceback" not in told.out + told.err
 
 
-def test_a_sound_table_passes_the_check(folder, monkeypatch):
-    monkeypatch.setattr(sys, "argv", ["run_case", str(folder), "--check", "--out", str(folder / "runs")])
-    with pytest.raises(SystemExit) as ended:
-        cli.run_case()
-    assert ended.value.code in (0, None)
+def test_a_sound_table_passes_the_check(folder, run_case):
+    assert run_case(folder, "--check")[0] == 0

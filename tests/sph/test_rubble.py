@@ -11,7 +11,6 @@ from matter.blocks import block_file, placing
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.files import snapshot
-from pipeline import cli
 from pipeline.case import read as cases
 from pipeline.settings import compose
 from sph.bodies import ground as grounds
@@ -204,21 +203,14 @@ size = ["4 m", "4 m", "4 m"]
 """
 
 
-def _run(folder, monkeypatch, *options: str) -> int:
-    """``run_case`` on the case of a folder: its exit code."""
-    monkeypatch.setattr("sys.argv", ["run_case", str(folder), "--out", str(folder / "runs"), *options])
-    with pytest.raises(SystemExit) as ended:
-        cli.run_case()
-    return int(ended.value.code or 0)
-
-
 @pytest.mark.validation
-def test_a_shot_at_rubble_runs_and_says_what_became_of_the_blocks(tmp_path, capsys, monkeypatch):
+def test_a_shot_at_rubble_runs_and_says_what_became_of_the_blocks(tmp_path, capsys, run_case):
     (tmp_path / "case.toml").write_text(CASE.format(blocks=TABLE))
-    assert _run(tmp_path, monkeypatch, "--check") == 0
+    assert run_case(tmp_path, "--check")[0] == 0
     assert "1 block of gabbro fills" in capsys.readouterr().out
-    assert _run(tmp_path, monkeypatch, "--until", "sph") == 0
-    folder = next((tmp_path / "runs").glob("*/2_sph"))
+    code, run = run_case(tmp_path, "--until", "sph")
+    assert code == 0
+    folder = run / "2_sph"
     listed, last = block_file.read(folder), snapshot.read(folder / "last.vtkhdf")
     report = json.loads((folder / "stage_report.json").read_text())
     assert report["blocks"]["resolved"] == 1 and report["blocks"]["whole"] == 1

@@ -13,7 +13,6 @@ from matter.errors import InputError
 from matter.files import snapshot
 from matter.points import region
 from matter.solids import distance, placed
-from pipeline import cli
 from pipeline.case import read as cases
 from pipeline.settings import compose
 from sph.bodies import solid_target
@@ -61,17 +60,21 @@ def complaint(folder, text: str) -> str:
     return str(said.value)
 
 
-def run(folder, monkeypatch):
-    monkeypatch.setattr("sys.argv", ["run_case", str(folder), "--out", str(folder / "runs"), "--threads", "1"])
-    with pytest.raises(SystemExit) as end:
-        cli.run_case()
-    assert end.value.code in (0, None)
-    return next((folder / "runs").glob("*-*")) / "2_sph"
+@pytest.fixture
+def shocked(folder, run_case):
+    """``shocked()``: the folder of the shock stage of the case in ``folder``."""
+
+    def run():
+        code, made = run_case(folder)
+        assert code == 0
+        return made / "2_sph"
+
+    return run
 
 
 @pytest.mark.validation
-def test_an_ellipsoid_is_hit_where_and_as_the_case_says(folder, monkeypatch):
-    out = run(folder, monkeypatch)
+def test_an_ellipsoid_is_hit_where_and_as_the_case_says(shocked):
+    out = shocked()
     facts = json.loads((out / "target.json").read_text())
     assert facts["axes_of_inertia_m"] == pytest.approx([177.0, 174.0, 116.0], rel=1e-6)
     first = snapshot.read(out / "snap_0000.vtkhdf")
@@ -97,10 +100,10 @@ def test_an_ellipsoid_is_hit_where_and_as_the_case_says(folder, monkeypatch):
 
 
 @pytest.mark.validation
-def test_a_mesh_is_filled_in_the_unit_that_is_named(folder, monkeypatch):
+def test_a_mesh_is_filled_in_the_unit_that_is_named(folder, shocked):
     short = CASE.replace('end_time = "4 ms"', 'end_time = "0.1 ms"')  # looked at is what it starts with
     (folder / "case.toml").write_text(short.format(target=MESH))
-    out = run(folder, monkeypatch)
+    out = shocked()
     facts = json.loads((out / "target.json").read_text())
     known = solids.dumbbell(80.0, 120.0, 50.0, rings=60, around=40)
     assert facts["volume_m3"] == pytest.approx(known.volume, rel=0.02)

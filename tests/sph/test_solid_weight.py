@@ -11,7 +11,6 @@ import pytest
 from matter.case.body import Target
 from matter.constants import G
 from matter.files import snapshot
-from pipeline import cli
 from sph.bodies import solid_target
 from sph.bodies.target import Zones
 from sph.materials.rows import collect
@@ -104,14 +103,12 @@ def test_a_literal_start_bears_nothing():
 
 
 @pytest.mark.validation
-def test_a_body_that_bears_its_weight_stays_at_rest_also_across_a_softer_late_stage(tmp_path, monkeypatch):
+def test_a_body_that_bears_its_weight_stays_at_rest_also_across_a_softer_late_stage(tmp_path, run_case):
     """A literal start falls by g t, some 0.7 mm/s in four seconds, all of it."""
     (tmp_path / "case.toml").write_text(CASE)
-    monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs"), "--threads", "1"])
-    with pytest.raises(SystemExit) as end:
-        cli.run_case()
-    assert end.value.code in (0, None)
-    last = snapshot.read(next((tmp_path / "runs").glob("*-*")) / "2_sph" / "last.vtkhdf")
+    code, folder = run_case(tmp_path)
+    assert code == 0
+    last = snapshot.read(folder / "2_sph" / "last.vtkhdf")
     outwards = last.position / np.linalg.norm(last.position, axis=1)[:, None]
     up = np.einsum("ij,ij->i", last.velocity, outwards)
     fall = 1.4e-4 * 4.0
@@ -141,15 +138,13 @@ tension = { cut = "0 Pa" }
 
 
 @pytest.mark.validation
-def test_a_body_with_blocks_stays_at_rest_and_turns_about_its_centre_of_mass(tmp_path, monkeypatch):
+def test_a_body_with_blocks_stays_at_rest_and_turns_about_its_centre_of_mass(tmp_path, run_case):
     """Dense blocks to one side: neither they nor the ground fall, and the whole goes nowhere."""
     case = CASE.replace("[impact]\n", BLOCKS + "[impact]\n").replace('"30 m"\ngrowth', '"90 m"\ngrowth') + POROUS
     (tmp_path / "case.toml").write_text(case)
-    monkeypatch.setattr("sys.argv", ["run_case", str(tmp_path), "--out", str(tmp_path / "runs"), "--threads", "1"])
-    with pytest.raises(SystemExit) as end:
-        cli.run_case()
-    assert end.value.code in (0, None)
-    folder = next((tmp_path / "runs").glob("*-*")) / "2_sph"
+    code, run = run_case(tmp_path)
+    assert code == 0
+    folder = run / "2_sph"
     last, report = snapshot.read(folder / "last.vtkhdf"), json.loads((folder / "stage_report.json").read_text())
     assert report["blocks"]["resolved"] == 2 and report["blocks"]["whole"] == 2
     centre, drift = (last.mass @ values / last.mass.sum() for values in (last.position, last.velocity))

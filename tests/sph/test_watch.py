@@ -23,11 +23,25 @@ def test_energy_from_nowhere_is_named_with_its_time():
         look.energy(rows(50.0, float("nan")), late=True)
 
 
-def test_what_takes_energy_or_pushes_or_no_longer_counts_it_is_no_sign():
-    watch.Watch(100.0, pushed=False).energy(rows(50.0, -500.0), late=False)
-    watch.Watch(100.0, pushed=True).energy(rows(50.0, 140.0), late=False)
-    watch.Watch(100.0, pushed=False).energy(rows(50.0, 1e6), late=True)
-    watch.Watch(0.0, pushed=False).energy(rows(50.0, 1e6), late=False)
+@pytest.mark.parametrize(
+    ("scale", "pushed", "total", "late", "stops"),
+    [
+        (100.0, False, 62.0, False, True),
+        (100.0, False, -500.0, False, False),  # a layer takes energy
+        (100.0, False, 140.0, False, True),
+        (100.0, True, 140.0, False, False),  # an edge does work
+        (100.0, True, 160.0, False, True),
+        (100.0, False, 1e6, True, False),  # of the late medium internal energy does not count
+        (0.0, False, 1e6, False, False),  # no projectile to compare with
+    ],
+)
+def test_a_gain_stops_unless_work_is_done_or_energy_does_not_count(scale, pushed, total, late, stops):
+    look, stopped = watch.Watch(scale, pushed=pushed), False
+    try:
+        look.energy(rows(50.0, total), late=late)
+    except UnphysicalState:
+        stopped = True
+    assert stopped == stops
 
 
 def test_a_step_that_collapses_and_stays_there():
@@ -43,3 +57,4 @@ def test_single_short_steps_up_to_an_output_do_not_count():
     look = watch.Watch(1.0, pushed=False)
     for k in range(3 * watch.IN_A_ROW):
         look.step(1e-9 if k % 2 else 1.0, float(k), "output")
+        assert look.short == k % 2

@@ -84,17 +84,17 @@ def found(source: Particles, large: Particles, region: Domain, column: Column) -
     position, velocity = source.position, source.velocity
     values = np.concatenate([position, velocity, source.damage[:, None]], axis=1)
     mean = block_bodies.means(source.block, count, source.mass, values)
-    absent = number[~np.isfinite(mean[number, 6])]
+    centre, drift, damage = np.split(mean, (3, 6), axis=1)
+    damage = damage[number, 0]
+    absent = number[~np.isfinite(damage)]
     if len(absent):
         raise InputError(
             f"the source holds no particle of block {absent[0]}, which is a grain of the bed ({len(absent)} such "
             "blocks): do source and bed have the same blocks?"
         )
-    damage = mean[number, 6]
     whole = damage < block_bodies.WHOLE
     grains = large.select(whole)
     mine = np.isin(source.block, grains.block)
-    centre, drift = mean[:, :3], mean[:, 3:6]
     block = np.where(mine, source.block, -1)
     angular = block_bodies.spins(block, count, source.mass, position, velocity, centre, drift)[grains.block]
     mass = block_bodies.masses(block, count, source.mass)[grains.block]
