@@ -46,6 +46,9 @@ class Settings(cloud_surface.Rules):
     time: PositiveTime | Literal["auto", "last"] = "auto"
     """``auto`` by the rule of ``handoff.source.handoff_time``; ``last`` snapshot; or a time after the impact (the
     nearest snapshot is taken)."""
+    method: Literal["mapped", "direct"] = "mapped"
+    """``mapped``: the settled bed takes over the flow; ``direct``: every SPH particle becomes a grain (see
+    ``handoff.transfer.direct``). The report compares both."""
     control: controls.Kind = "none"
     """A control run instead: ``at_rest``, the carved bed without motion or ejecta; ``uncarved``, the bed carved at the
     datum (the ledger is the handoff's)."""

@@ -69,6 +69,8 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     """Hand over. Raises ``InputError`` for inputs that cannot be, ``Unsound`` (all outputs written) when an unwaived
     limit fails."""
     bed = snapshot.read(inputs / "3_bed" / f"bed{snapshot.SUFFIX}")
+    if settings.method == "direct" and "stiffness" not in bed:
+        _needed(None)  # said before the work, not after it
     region = domains.read(bed.attributes, settings.target)
     patch = flattening.of_bed(bed, settings.target, inputs / "2_sph")
     column = patch.column if patch else column_for(inputs, region)
@@ -79,14 +81,21 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     progress.update(0.6, "surface and transfer", force=True)
     settled = bed
     bed, handoff = _handed(source, settled, rules, column, region, settings.until or math.inf)
-    ledger = account.ledger_of(handoff, source, bed, column, settings.waive)
-    table = direct.compare(handoff, source, column, ledger, bed) if "stiffness" in bed else None
+    if handoff.blocks is not None and settings.method == "direct":
+        raise InputError('[handoff] method = "direct" makes no grains of blocks: method must be "mapped"')
+    mapped = account.ledger_of(handoff, source, bed, column, settings.waive)
+    straight = direct.hand_over(handoff, source, bed, column) if "stiffness" in bed else None
+    table = direct.compare(handoff, straight, mapped, bed) if straight else None
+    ledger = mapped
+    if settings.method == "direct":
+        ledger = account.ledger_of_direct(_needed(straight), handoff, source, bed, column, settings.waive)
     shock_rows.time_row(ledger, handoff, float(source.attributes.get("time", 0.0)), choice, column)
-    start = handoff.start
+    start = _needed(straight).start if settings.method == "direct" else handoff.start
     if settings.control != "none":
         start = controls.start(settings.control, handoff, settled)
     start = turning.to_run(start, region)
-    whole_body_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
+    if settings.method == "mapped":
+        whole_body_rows.enter(ledger, handoff, as_it_is, turning.to_run(handoff.start, region))
     ledger.complete()
     progress.update(0.85, "writing", force=True)
     start.attributes |= _measuring(source, region, patch, settings.impact)
@@ -99,7 +108,14 @@ def run(settings: Settings, inputs: Path, out: Path) -> None:
     with archive.replacing(out / "surface.ply") as temporary:
         handoff.carving.solid.mesh.export(str(temporary), file_type="ply")
     ledger.write(out / "ledger.json")
-    record = _record(handoff, source, bed, choice, settings) | {"methods": table, "control": settings.control}
+    record = _record(handoff, source, bed, choice, settings) | {
+        "method": settings.method,
+        "methods": table,
+        "control": settings.control,
+    }
+    if settings.method == "direct":
+        count = _needed(straight).compact
+        record["grains"] = {"bed": len(bed), "kept": count, "ejecta": len(start) - count}
     archive.write_json(out / "handoff.json", record)
     _write_residuals(handoff, source, bed, out / "residuals.h5")
     handoff_report.write(inputs, out)
@@ -199,6 +215,15 @@ def _measuring(
             "source": "datum of the granular bed",
         }
     return {"measuring": {**carried, "datum": datum, "before": f"../3_bed/bed{snapshot.SUFFIX}"}}
+
+
+def _needed(straight: direct.Direct | None) -> direct.Direct:
+    if straight is None:
+        raise InputError(
+            "[handoff] method = \"direct\" needs a bed with the field 'stiffness': contact stiffness per radius is "
+            "taken from it"
+        )
+    return straight
 
 
 def column_for(inputs: Path, region: domains.Domain) -> hydrostatic.Column:

@@ -13,6 +13,7 @@ from handoff.ledger_rows import block_rows, cavity_rows, field_rows, shock_rows
 from handoff.source import cloud_surface
 from handoff.source.hydrostatic import Column
 from handoff.transfer import force_network, grain_provenance
+from handoff.transfer.direct import Direct, enter
 from handoff.transfer.handed import Handoff
 from matter.particles import Particles
 from matter.wording import readable
@@ -42,6 +43,41 @@ def ledger_of(handoff: Handoff, source: Particles, bed: Particles, column: Colum
     _statements(ledger, handoff)
     _shrunk(ledger, handoff, bed)
     block_rows.enter(ledger, handoff.blocks, source, handoff.start)
+    return ledger
+
+
+def ledger_of_direct(
+    direct: Direct, handoff: Handoff, source: Particles, bed: Particles, column: Column, waive: Mapping[str, str]
+) -> Ledger:
+    """The ledger of a direct transition; ``handoff`` holds the surface and the split that both ways share."""
+    ledger = Ledger(waive)
+    enter(ledger, direct, handoff)
+    if handoff.carving.size.radius > 0.0:
+        radius, hole = float(direct.start.radius[: direct.compact].mean()), handoff.carving.size.radius
+        ledger.measure(
+            "cavity_radius_over_r_DEM_min",
+            hole / radius,
+            f"radius {readable.length(hole)}, grains {readable.length(radius)}",
+        )
+    else:
+        ledger.skip("cavity_radius_over_r_DEM_min", "not_applicable", "there is no cavity")
+    shock_rows.enter(ledger, handoff, source, handoff.region, column)
+    ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
+    outside = handoff.sums.outside
+    ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
+    ledger.state(
+        "ejecta_by_rule",
+        ", ".join(f"{name} {count}" for name, count in handoff.split.counts().items()),
+        "1",
+        "particles of the source",
+    )
+    ledger.state("cavity_radius", handoff.carving.size.radius, "m")
+    ledger.state("cavity_depth", handoff.carving.size.depth, "m")
+    ledger.state("cavity_volume", handoff.carving.size.volume, "m^3")
+    ledger.state("cavity_off_axis", float(np.hypot(*handoff.carving.size.centre[:2])), "m", "of its centre")
+    ledger.state(
+        "grains_kept", float(direct.compact), "1", f"and {len(direct.start) - direct.compact} ejecta, one per particle"
+    )
     return ledger
 
 

@@ -68,7 +68,8 @@ class Rules(Model):
     over density, point by point."""
     loosened: Literal["full_size", "shrunk"] = "shrunk"
     """Grains that stand for matter which the flow has dilated: ``shrunk``, as small as the matter is when packed
-    (``handoff.transfer.bulking``); ``full_size``, as in the bed, so that the matter keeps its dilated volume."""
+    (``handoff.transfer.bulking``); ``full_size``, as in the bed, so that the matter keeps its dilated volume. With
+    ``method = "direct"`` it counts for the mapped grains that the report compares."""
     crater: Literal["required", "any"] = "required"
     """``required``: stop when there is no crater; ``any``: for control runs without an impact."""
 

@@ -5,27 +5,29 @@ A particle whose centre lies in the bed's domain (compact), and every ejecta par
 volume: r = (3 m / (4 pi rho))^(1/3), with its mass, position and velocity and without spin.
 Mass, momenta and kinetic energy of these particles are then kept by construction. What is not kept is rest: spheres of
 the full volume overlap wherever particles fill space, the overlaps push the grains apart, and the fastest of them sets
-the step. No run takes this way: ``compare`` says what it would cost, beside the mapped grains. (Sphere of equal
-volume: one of the choices of OpenSPH's handoff; overlaps and step: Ballouz et al. 2019, MNRAS 485, 697; its cost as
-the reason for mapping: seed, Zhang et al. 2022, LPSC.)
+the step. ``compare`` puts both ways side by side. (Sphere of equal volume: one of the choices of OpenSPH's handoff;
+overlaps and step: Ballouz et al. 2019, MNRAS 485, 697; its cost as the reason for mapping: seed, Zhang et al. 2022,
+LPSC.)
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from handoff.domains import domain
 from handoff.ledger import Ledger
 from handoff.source import free_flight
 from handoff.source.cloud_surface import counted_density
 from handoff.source.hydrostatic import Column
-from handoff.transfer import correction, overlaps
+from handoff.transfer import correction, grain_provenance, overlaps
 from handoff.transfer.ejecta import BOOKED, IN_CONTACT, past_edge
 from handoff.transfer.handed import Handoff
-from handoff.transfer.species import material_numbers
+from handoff.transfer.species import material_numbers, species_by_material
 from matter.errors import InputError
 from matter.particles import Particles
 
@@ -34,33 +36,93 @@ SOURCES = ("Ballouz2019",)
 GRAIN_STEPS_PER_S = 2.0e6
 """Grain steps per second of one core in a collapse: the granular stage's own figure, for the forecast."""
 Table = dict[str, dict[str, float | None]]
+_SAME = "the grains are the source's own particles: nothing was mapped"
 
 
-def grains_of(handoff: Handoff, source: Particles, bed: Particles, column: Column) -> Particles:
-    """Spheres one to one from the ``source``, split as in ``handoff``, with the bed's stiffness per radius; their
-    ``state`` as in ``handoff.transfer.ejecta``.
+@dataclass(frozen=True)
+class Direct:
+    """``start`` (first the ``compact`` grains, then the ejecta), ``source`` (indices of their particles), sums of the
+    particles taken and of the grains, overlaps bare and beyond what the undisturbed body would carry."""
+
+    start: Particles
+    source: np.ndarray
+    compact: int
+    before: correction.Sums
+    after: correction.Sums
+    bare: overlaps.Overlaps
+    excess: overlaps.Overlaps
+
+
+def hand_over(handoff: Handoff, source: Particles, bed: Particles, column: Column) -> Direct:
+    """Grains one to one from the ``source``, split as in ``handoff``; stiffness per radius and contact settings are
+    the bed's.
 
     Raises ``InputError`` when no particle lies in the bed's domain or the bed carries no stiffness.
     """
     bed.need("stiffness", "radius", "mass")
-    region, compact = handoff.region, handoff.compact.indices
-    x = source.position[compact]
-    inside = compact[region.between(x) & (region.cut_depth(x) > 0.0)]
+    region = handoff.region
+    inside = handoff.compact.indices[
+        region.between(source.position[handoff.compact.indices])
+        & (region.cut_depth(source.position[handoff.compact.indices]) > 0.0)
+    ]
     if len(inside) == 0:
         raise InputError("no compact particle of the source lies inside the bed's domain: do they share a frame?")
     taken = np.concatenate([inside, np.flatnonzero(~handoff.split.compact)])
+    start = _start(source, taken, len(inside), bed, region, column)
+    grain_provenance.give(start, source, region, grain_provenance.one_to_one(source, taken))
+    before = correction.sums(source.mass[taken], source.position[taken], source.velocity[taken])
+    after = correction.sums(start.mass, start.position, start.velocity, start.radius, start.angular_velocity)
+    bare = overlaps.measure(start.select(start.state == IN_CONTACT), region)
+    frame = region.frame
+    return Direct(
+        start,
+        taken,
+        len(inside),
+        before,
+        after,
+        bare,
+        bare.beyond(lambda position: column.pressure_at(frame.height(position))),
+    )
+
+
+def _start(
+    source: Particles,
+    taken: np.ndarray,
+    compact: int,
+    bed: Particles,
+    region: domain.Domain,
+    column: Column,
+) -> Particles:
     position, velocity, mass = source.position[taken], source.velocity[taken], source.mass[taken]
-    radius = np.cbrt(3.0 * mass / (4.0 * np.pi * counted_density(source)[taken]))
+    density = counted_density(source)[taken]
+    radius = np.cbrt(3.0 * mass / (4.0 * np.pi * density))
     escapes = free_flight.escapes(region, column, position, velocity)
     state = np.where(past_edge(position, region) | escapes, BOOKED, IN_CONTACT).astype(np.int8)
-    state[: len(inside)] = IN_CONTACT
+    state[:compact] = IN_CONTACT
     names, table = material_numbers(source, bed)
     material = table[np.clip(source.material[taken], 0, len(table) - 1)]
     fields: dict[str, Any] = {
-        "position": position, "velocity": velocity, "angular_velocity": np.zeros_like(position), "mass": mass,
-        "radius": radius, "state": state, "stiffness": radius * _stiffness_per_radius(bed, names)[material],
-    }  # fmt: skip
-    return Particles(fields)
+        "identity": np.arange(len(taken)),
+        "position": position,
+        "velocity": velocity,
+        "angular_velocity": np.zeros_like(position),
+        "mass": mass,
+        "radius": radius,
+        "material": material,
+        "density": source.density[taken],
+        "headroom": np.zeros(len(taken), dtype=np.int8),
+        "species": species_by_material(bed, names)[material],
+        "state": state,
+        "stiffness": radius * _stiffness_per_radius(bed, names)[material],
+    }
+    attributes = {
+        **bed.attributes,
+        "materials": names,
+        "stage": "handoff",
+        "time": float(source.attributes.get("time", 0.0)),
+        "bed_grains": compact,
+    }
+    return Particles(fields, attributes)
 
 
 def _stiffness_per_radius(bed: Particles, names: list[str]) -> np.ndarray:
@@ -74,7 +136,48 @@ def _stiffness_per_radius(bed: Particles, names: list[str]) -> np.ndarray:
     )
 
 
-def compare(handoff: Handoff, source: Particles, column: Column, mapped: Ledger, bed: Particles) -> Table:
+def enter(ledger: Ledger, direct: Direct, handoff: Handoff) -> None:
+    """Enter the rows on what the grains took over, for a handoff that goes on with them: raw rows against the bed's
+    domain, whose side cuts particles that are taken whole; rows after against the particles taken."""
+    raw, domain_sums, taken, after = direct.after, handoff.sums.before, direct.before, direct.after
+    cut = "against the bed's domain, whose side cuts particles that are taken whole"
+    whole = "against the particles taken; no correction is made"
+    ledger.measure("mass_raw_rel", abs(raw.mass / domain_sums.mass - 1.0), cut)
+    ledger.measure(
+        "momentum_linear_raw_rel", _relative(raw.momentum - domain_sums.momentum, domain_sums.momentum_scale), cut
+    )
+    ledger.measure(
+        "momentum_angular_raw_rel", _relative(raw.angular - domain_sums.angular, domain_sums.angular_scale), cut
+    )
+    ledger.measure("mass_total_rel", abs(after.mass / taken.mass - 1.0), whole)
+    ledger.measure(
+        "momentum_linear_rel_after", _relative(after.momentum - taken.momentum, taken.momentum_scale), whole
+    )
+    ledger.measure("momentum_angular_rel_after", _relative(after.angular - taken.angular, taken.angular_scale), whole)
+    change = after.kinetic / taken.kinetic - 1.0 if taken.kinetic > 0.0 else 0.0
+    ledger.measure("kinetic_energy_change_min", change, whole)
+    ledger.measure("kinetic_energy_change_max", change, whole)
+    note = (
+        f"{len(direct.bare.depth)} overlapping contacts, 99.9 % below {direct.excess.percentile(99.9):.4g} r; excess "
+        f"over P r / k of the undisturbed body"
+    )
+    ledger.measure("overlap_max_over_r", direct.excess.largest, note)
+    ledger.measure(
+        "overlap_energy_over_KE", _over(direct.excess.energy, after.kinetic), f"{direct.excess.energy:.4e} J"
+    )
+    fastest = float(direct.excess.release_speed.max(initial=0.0))
+    ledger.measure(
+        "overlap_release_speed_over_median_flow", _over(fastest, _flow(direct.start)), f"largest {fastest:.4g} m/s"
+    )
+    for name in ("correction_max_dv_over_rms_v", "momentum_local_rel", "velocity_field_L2",
+    "velocity_direction_deg_mean", "bulk_density_rel",
+                 "cavity_hausdorff_over_r", "cavity_volume_rel", "cavity_depth_rel", "cavity_rim_over_r",
+                 "ejecta_mass_curve_rel",
+                 "kinetic_energy_compact_change"):  # fmt: skip
+        ledger.skip(name, "not_applicable", _SAME)
+
+
+def compare(handoff: Handoff, direct: Direct, mapped: Ledger, bed: Particles) -> Table:
     """Mapped against direct, as measured: conservation against the bed's domain, overlaps, and what the granular stage
     would cost (``LABELS`` says the units; None: no limit).
 
@@ -96,18 +199,12 @@ def compare(handoff: Handoff, source: Particles, column: Column, mapped: Ledger,
         if release > 0.0
         else float("inf"),
     }
-    straight = grains_of(handoff, source, bed, column)
-    sums = correction.sums(
-        straight.mass, straight.position, straight.velocity, straight.radius, straight.angular_velocity
-    )
-    grains = straight.select(straight.state == IN_CONTACT)
-    bare = overlaps.measure(grains, region)
-    excess = bare.beyond(lambda position: column.pressure_at(region.frame.height(position)))
-    rows["direct"] = _row(sums, sums, handoff.sums.before, grains, bare, steps) | {
-        "overlap_max_excess_over_r": excess.largest,
-        "overlap_energy_excess_over_KE": _over(excess.energy, sums.kinetic),
-        "release_speed_excess_m_s": float(excess.release_speed.max(initial=0.0)),
-        "time_step_release_s": excess.step(overlap, steps),
+    grains = direct.start.select(direct.start.state == IN_CONTACT)
+    rows["direct"] = _row(direct.after, direct.after, handoff.sums.before, grains, direct.bare, steps) | {
+        "overlap_max_excess_over_r": direct.excess.largest,
+        "overlap_energy_excess_over_KE": _over(direct.excess.energy, direct.after.kinetic),
+        "release_speed_excess_m_s": float(direct.excess.release_speed.max(initial=0.0)),
+        "time_step_release_s": direct.excess.step(overlap, steps),
     }
     for row in rows.values():
         step = min(row["time_step_contact_s"], row["time_step_release_s"])

@@ -94,6 +94,11 @@ def taken(
     return _of(source, particle[some], grain[some], mass[some], kept + len(ejecta))
 
 
+def one_to_one(source: Particles, indices: np.ndarray) -> Taken:
+    """What grains stand for that are the particles ``indices`` themselves."""
+    return _of(source, indices, np.arange(len(indices)), source.mass[indices], len(indices))
+
+
 def of_groups(source: Particles, particle: np.ndarray, grain: np.ndarray, count: int) -> Taken:
     """What ``count`` grains stand for that are groups of particles (indices), each particle that of one ``grain``."""
     return _of(source, particle, grain, source.mass[particle], count)

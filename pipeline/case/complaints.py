@@ -166,7 +166,6 @@ FORMER = {
     "rayleigh_fraction": "it is 0.2; steps_per_contact shortens the step",
     **dict.fromkeys(("shortest", "length_terms", "viscosity", "volumes", "smoothing"), "[sph] numerics says it"),
     "longest": "it is 2",
-    "method": "the settled bed takes over the flow; handoff.json says what grains one to one would cost",
     "conductivity": "[sph] numerics says it",
     "direct_packing": "a sphere holds the volume of its particle",
     "correction": "momentum is closed by one field over all grains",

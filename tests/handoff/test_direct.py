@@ -1,5 +1,5 @@
-"""The overlaps of a direct transition: how they are measured. Its place in the record and the report:
-``test_stage.py``."""
+"""The overlaps of a direct transition: how they are measured. What it keeps, and its place in the ledger, the record
+and the report: ``test_stage.py``."""
 
 import math
 

@@ -12,7 +12,7 @@ from fixtures.flows import FIELDS, hemisphere
 from handoff.domains import domain
 from handoff.ledger_rows import account
 from handoff.source import cloud_surface
-from handoff.transfer import grain_provenance, transfer
+from handoff.transfer import direct, grain_provenance, transfer
 from matter.case import shock_phases
 from matter.particles import ORIGINS
 
@@ -141,6 +141,14 @@ def test_through_the_cells_nothing_of_a_particle_is_lost(handed, flat_bed):
         total = np.bincount(took.grain, weights=took.mass, minlength=took.count)
         mean = np.nan_to_num(took.mean(values[name], of_target=False))
         assert total @ mean == pytest.approx(inside[seen] @ values[name][seen], rel=1e-12)
+
+
+def test_grains_of_the_direct_transition_are_told_the_same(handed, flat_bed, ground):
+    source, made, _ = handed
+    straight = direct.hand_over(made, source, flat_bed, ground)
+    own = source.select(straight.source)
+    np.testing.assert_allclose(straight.start.peak_pressure_mean, own.peak_pressure, rtol=1e-6)
+    assert straight.start.projectile_fraction.tolist() == (own.layer < 0).astype(float).tolist()
 
 
 @pytest.mark.validation

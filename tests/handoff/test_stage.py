@@ -1,5 +1,5 @@
-"""The stage on a whole run folder: outputs, repeatability, choice of time, the command's table, complaints; what a
-direct transition would cost beside the mapped one."""
+"""The stage on a whole run folder: outputs, repeatability, choice of time, the command's table, complaints; the direct
+transition beside the mapped one: what it keeps, and its place in the ledger, the record and the report."""
 
 import json
 import math
@@ -88,6 +88,15 @@ def again(run_folder, tmp_path_factory):
     return out
 
 
+@pytest.fixture(scope="module")
+def both_ways(finished, tmp_path_factory):
+    """The run's folder, and those of the ``mapped`` and the ``direct`` handoff."""
+    run_folder, out = finished[0], tmp_path_factory.mktemp("direct")
+    unsound = run(run_folder, out, method="direct")
+    assert unsound is None or "beyond the limit" in unsound
+    return run_folder, {"mapped": run_folder / "4_handoff", "direct": out}
+
+
 @pytest.mark.validation
 def test_same_inputs_give_the_same_bits(finished, again):
     folder, _ = finished
@@ -127,35 +136,69 @@ def test_prediction_grows_with_the_sizes():
     assert all(large[name] > 2.0 * small[name] for name in small)
 
 
-def test_what_grains_one_to_one_would_cost_stands_beside(finished, capsys):
-    out = finished[0] / "4_handoff"
-    table = json.loads((out / "handoff.json").read_text())["methods"]
-    assert set(table["mapped"]) == set(table["direct"]) == set(direct.LABELS)
-    mapped, straight = table["mapped"], table["direct"]
-    # spheres of the full volume cannot fill space without overlap
+def test_direct_grains_are_the_particles(both_ways):
+    folder, outs = both_ways
+    start, mapped = (snapshot.read(outs[method] / "start.vtkhdf") for method in ("direct", "mapped"))
+    record = json.loads((outs["direct"] / "handoff.json").read_text())
+    source = snapshot.read(folder / "2_sph" / record["snapshot"])
+    assert set(start) == set(mapped) and start.attributes["domain"] == mapped.attributes["domain"]
+    place = {tuple(p): k for k, p in enumerate(source.position)}
+    which = np.array([place[tuple(p)] for p in start.position])
+    assert len(np.unique(which)) == len(start) == record["grains"]["kept"] + record["grains"]["ejecta"]
+    for name in ("mass", "velocity"):
+        np.testing.assert_array_equal(start[name], source[name][which])
+    compact = np.arange(record["grains"]["kept"])
+    volume = 4.0 / 3.0 * np.pi * start.radius[compact] ** 3
+    np.testing.assert_allclose(volume, (source.mass / source.density)[which[compact]], rtol=1e-12)
+    assert record["grains"]["ejecta"] == int(
+        np.sum([count for name, count in record["particles"].items() if name != "compact"])
+    )
+
+
+def test_the_ledger_of_the_direct_way(both_ways):
+    _, outs = both_ways
+    book = {row["name"]: row for row in json.loads((outs["direct"] / "ledger.json").read_text())}
+    for name in (
+        "mass_total_rel",
+        "momentum_linear_rel_after",
+        "momentum_angular_rel_after",
+        "kinetic_energy_change_max",
+    ):
+        assert book[name]["verdict"] == "pass"
+    for name in ("overlap_max_over_r", "overlap_release_speed_over_median_flow"):
+        assert book[name]["verdict"] == "fail", book[
+            name
+        ]  # spheres of the full volume cannot fill space without overlap
+    assert set(LIMITS) <= set(book)
+
+
+def test_both_ways_stand_side_by_side_whichever_is_taken(both_ways, capsys):
+    _, outs = both_ways
+    tables = [json.loads((outs[method] / "handoff.json").read_text())["methods"] for method in ("mapped", "direct")]
+    assert tables[0] == tables[1] and set(tables[0]["mapped"]) == set(tables[0]["direct"]) == set(direct.LABELS)
+    mapped, straight = tables[0]["mapped"], tables[0]["direct"]
     assert straight["overlap_max_excess_over_r"] > 0.1 > mapped["overlap_max_excess_over_r"]
     assert (
         straight["momentum_linear_rel_after"] > 1e-6 > mapped["momentum_linear_rel_after"]
-    )  # the side cuts particles
+    )  # the domain's side cuts particles
     assert straight["kinetic_energy_change"] != 0.0
-    ledger = {row["name"]: row["value"] for row in json.loads((out / "ledger.json").read_text())}
+    ledger = {row["name"]: row["value"] for row in json.loads((outs["mapped"] / "ledger.json").read_text())}
     assert mapped["momentum_linear_rel"] == ledger["momentum_linear_raw_rel"]
     for row in (mapped, straight):
         step = min(row["time_step_contact_s"], row["time_step_release_s"] or math.inf)
         assert row["core_s_per_simulated_s"] == pytest.approx(row["grains"] / step / direct.GRAIN_STEPS_PER_S)
-    page = (out / "report.html").read_text()
+    page = (outs["direct"] / "report.html").read_text()
     assert "Mapped against direct" in page and direct.LABELS["release_speed_excess_m_s"] in page
-    print(direct.as_text(table))
+    print(direct.as_text(tables[0]))
     assert len(capsys.readouterr().out.splitlines()) == len(direct.LABELS) + 1
 
 
-@pytest.mark.validation
-def test_without_stiffness_nothing_stands_beside(finished, tmp_path):
+def test_a_bed_without_stiffness_cannot_say_how_stiff_the_grains_are(both_ways, tmp_path):
+    folder, _ = both_ways
     for name in ("2_sph", "3_bed"):
-        shutil.copytree(finished[0] / name, tmp_path / name)
+        shutil.copytree(folder / name, tmp_path / name)
     bed = snapshot.read(tmp_path / "3_bed" / "bed.vtkhdf")
     bare = Particles({name: bed[name] for name in bed if name != "stiffness"}, bed.attributes, bed.tables)
     snapshot.write(bare, tmp_path / "3_bed" / "bed.vtkhdf")
-    run(tmp_path, tmp_path, time="last")
-    assert json.loads((tmp_path / "handoff.json").read_text())["methods"] is None
-    assert "Mapped against direct" not in (tmp_path / "report.html").read_text()
+    with pytest.raises(InputError, match="stiffness"):
+        stage.run(stage.Settings(waive=WAIVE, method="direct", time="last"), tmp_path, tmp_path)

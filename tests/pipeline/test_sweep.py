@@ -44,8 +44,9 @@ def test_the_text_of_a_variation():
         "handoff.alpha",
         [1, 1.5],
     )
-    assert parsed("sph.damage=true,false") == ("sph.damage", [True, False])
-    assert parsed("handoff.loosened=shrunk,full_size")[1] == ["shrunk", "full_size"]
+    assert parsed("sph.damage=true,false") == ("sph.damage", [True, False]) and parsed("handoff.method=mapped,direct")[
+        1
+    ] == ["mapped", "direct"]
     for wrong in ("bed.seed", "=1,2", "bed.seed=1,,2"):
         with pytest.raises(InputError, match="write it as key=a,b,c"):
             parsed(wrong)
