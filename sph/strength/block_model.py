@@ -59,6 +59,8 @@ class Row(NamedTuple):
 C_VIB, V_MAX, T_OFF, DECAY_TIME, VISCOSITY, SOUND = range(6)
 """Columns of a row."""
 WIDTH = 6
+XX, XY, XZ, YY, YZ, ZZ = range(6)
+"""Columns of a rate of strain."""
 
 
 def row(p: Parameters, sound: float) -> Row:
@@ -86,7 +88,7 @@ def pressure(v_vib, P, rho, sound):
 def viscous(rate, rho, viscosity):
     """What flow adds to the limit of sqrt(3 J2) [Pa], sqrt(3) rho eta g, at a ``rate`` (6,) of strain [1/s]: xx xy xz
     yy yz zz."""
-    third = (rate[0] + rate[3] + rate[5]) / 3.0
-    xx, yy, zz = rate[0] - third, rate[3] - third, rate[5] - third
-    squares = xx * xx + yy * yy + zz * zz + 2.0 * (rate[1] * rate[1] + rate[2] * rate[2] + rate[4] * rate[4])
+    third = (rate[XX] + rate[YY] + rate[ZZ]) / 3.0
+    xx, yy, zz = rate[XX] - third, rate[YY] - third, rate[ZZ] - third
+    squares = xx * xx + yy * yy + zz * zz + 2.0 * (rate[XY] * rate[XY] + rate[XZ] * rate[XZ] + rate[YZ] * rate[YZ])
     return SQRT3 * rho * viscosity * math.sqrt(2.0 * squares)
