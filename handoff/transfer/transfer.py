@@ -79,8 +79,8 @@ def hand_over(
     handed = inner if free is None else inner.among(free)
     before, outside, airborne, ground_mass, energy = _budget(source, handed, beyond, ejecta, flying, region, blocks)
     position, radius, scale = bed.position[kept], carved.radius, ground_mass / raw_mass.sum()
-    turns = isinstance(region, WholeBody)
-    energy = closing.sums(held, source.position[compact], motion).kinetic if turns else energy
+    turning = region if isinstance(region, WholeBody) else None
+    energy = closing.sums(held, source.position[compact], motion).kinetic if turning else energy
     taken = mapping.motion(tree, motion, volume_of, held, grid, raw_mass * scale, radius, energy, volume[kept], near)
     velocity, moving = taken.velocity, (held, motion, taken.own_gradient)
     fields = compare_clouds.fields_of(bed, kept, carving.samples, carving.receiver, moving, raw_mass, velocity, volume)
@@ -98,7 +98,7 @@ def hand_over(
     plain = float(plain_mass.sum() + airborne.mass)
     mapped = Mapped(taken.own_gradient, taken.fraction, fields, moved - velocity, scale, plain)
     sums = Balance(before, outside, raw, after)
-    energies = (energy, _energy_against(region, mass, position, moved, radius, spin)) if turns else None
+    energies = (energy, _energy_against(turning, mass, position, moved, radius, spin)) if turning else None
     return Handoff(start, split, inner, carving, mapped, flying, sums, region, energies, blocks)
 
 
