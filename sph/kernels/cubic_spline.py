@@ -11,18 +11,21 @@ import math
 from matter.compilation.jit import law
 
 SOURCES = ("MonaghanLattanzio1985",)
+NORM = 8.0 / math.pi
 
 
 @law
 def kernel(r, h):
     """W [1/m^3] at distance r [m] for the support radius h [m]."""
-    q = r / h
-    norm = 8.0 / (math.pi * h * h * h)
-    if q >= 1.0:
+    hinv = 1.0 / h
+    q = r * hinv
+    norm = NORM * hinv * hinv * hinv
+    if r >= h:
         return 0.0
     if q < 0.5:
         return norm * (1.0 + 6.0 * q * q * (q - 1.0))
-    return norm * 2.0 * (1.0 - q) ** 3
+    rest = 1.0 - q
+    return norm * 2.0 * rest * rest * rest
 
 
 @law
@@ -31,7 +34,7 @@ def gradient_factor(r, h):
     support."""
     hinv = 1.0 / h
     q = r * hinv
-    norm = 8.0 / math.pi * hinv * hinv * hinv * hinv * hinv
+    norm = NORM * hinv * hinv * hinv * hinv * hinv
     inner = 18.0 * q - 12.0
     outside = max(q, 0.5)
     rest = max(1.0 - q, 0.0)

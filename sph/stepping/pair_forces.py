@@ -44,7 +44,7 @@ class PairForces:
         self._omega = np.ones(len(cloud) if self.scheme.reconstructed else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel)
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
-        self._extra = np.zeros((0, self.scheme.extra_width))
+        self._extra = self.scheme.extra_of(0)
 
     def evaluate(
         self,
@@ -113,7 +113,7 @@ class PairForces:
             return
         n, row = len(cloud), self.evaluated.row
         if len(self._extra) < len(row):
-            self._extra = np.zeros((len(row), self.scheme.extra_width))
+            self._extra = self.scheme.extra_of(len(row))
         if self.scheme.switched:
             self._extra[:n, VISCOSITY_FRACTION] = cloud.viscosity
         if self.scheme.reconstructed:
