@@ -48,20 +48,18 @@ def _transposed(builder, rows: list) -> list:
     return exchanged(exchanged(exchanged(rows, 1, _PAIRS), 2, _QUADS), 4, _HALVES)
 
 
-def _columns(wide: int, single: bool = False):
-    """The code of ``columns`` for rows of ``wide`` values; ``single``: into a scratch of float32."""
+def _columns(wide: int):
+    """The code of ``columns`` for rows of ``wide`` values."""
 
     def codegen(context, builder, signature, args):
         arrays = [make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 1, 4)]
         table, listed, out = arrays
         width, out_stride = (cgutils.unpack_tuple(builder, array.shape)[1] for array in (table, out))
         integer = context.get_value_type(types.intp)
-        number = ir.FloatType() if single else ir.DoubleType()
-        held = context.get_value_type(signature.args[0].dtype)
-        held_bytes = signature.args[0].dtype.bitwidth // 8
+        vector = ir.VectorType(ir.DoubleType(), LANES)
 
-        def at(data, offset, kind):
-            return builder.bitcast(builder.gep(data, [offset]), ir.VectorType(kind, LANES).as_pointer())
+        def at(data, offset):
+            return builder.bitcast(builder.gep(data, [offset]), vector.as_pointer())
 
         entry = builder.add(args[2], args[3])
         starts = []
@@ -70,14 +68,12 @@ def _columns(wide: int, single: bool = False):
             starts.append(builder.mul(builder.sext(j, integer), width))
         for block in range(0, wide, LANES):
             read = [
-                builder.load(at(table.data, builder.add(start, ir.Constant(integer, block)), held), align=held_bytes)
+                builder.load(at(table.data, builder.add(start, ir.Constant(integer, block))), align=8)
                 for start in starts
             ]
-            if single and read[0].type.element != number:
-                read = [builder.fptrunc(row, ir.VectorType(number, LANES)) for row in read]
             for c, column in enumerate(_transposed(builder, read)):
                 address = builder.add(builder.mul(ir.Constant(integer, block + c), out_stride), args[3])
-                builder.store(column, at(out.data, address, number), align=4 if single else 8)
+                builder.store(column, at(out.data, address), align=8)
         return context.get_dummy_value()
 
     return codegen
@@ -101,56 +97,9 @@ def columns(typingctx, rows, index, first, k, scratch):
 
 
 @intrinsic
-def single_columns(typingctx, rows, index, first, k, scratch):
-    """``columns`` of the first eight values of rows of either precision, into a float32 ``scratch`` (8, columns)."""
-    return types.none(rows, index, types.intp, types.intp, scratch), _columns(8, single=True)
-
-
-def mixed_columns(relative: tuple[int, ...], double: tuple[int, ...], narrow: tuple[int, ...]):
-    """Makes the compiled ``take(rows, i, index, first, k, scratch, single)``: rows of 16 as columns in two precisions.
-
-    Column c of the rows index[first + k + m], m = 0 ... 7, is taken off that of row i where c is among the
-    ``relative``, which costs single precision nothing of such a difference; it goes into scratch[c, k + m] (16,
-    columns; float64) where c is among the ``double`` and into single[c, k + m] (float32) among the ``narrow``.
-    """
-
-    def codegen(context, builder, signature, args):
-        rows, listed, scratch, single = (
-            make_array(signature.args[a])(context, builder, value=args[a]) for a in (0, 2, 5, 6)
-        )
-        integer = context.get_value_type(types.intp)
-        width = cgutils.unpack_tuple(builder, rows.shape)[1]
-        strides = [cgutils.unpack_tuple(builder, array.shape)[1] for array in (scratch, single)]
-        vector, floats = (ir.VectorType(kind, LANES) for kind in (ir.DoubleType(), ir.FloatType()))
-        first = builder.add(args[3], args[4])
-        starts = _starts(context, builder, rows, listed, first)
-        own = builder.mul(args[1], width)
-
-        def put(column, array, stride, c, kind, size):
-            start = builder.add(builder.mul(ir.Constant(integer, c), stride), args[4])
-            builder.store(column, builder.bitcast(builder.gep(array.data, [start]), kind.as_pointer()), align=size)
-
-        for line in sorted({c // LANES * LANES for c in (*double, *narrow)}):
-            offset = ir.Constant(integer, line)
-            read = [builder.load(_wide(builder, rows, builder.add(start, offset)), align=8) for start in starts]
-            for c, column in enumerate(_transposed(builder, read), line):
-                if c in relative:
-                    mine = builder.load(builder.gep(rows.data, [builder.add(own, ir.Constant(integer, c))]))
-                    lane = builder.insert_element(
-                        ir.Constant(vector, ir.Undefined), mine, ir.Constant(ir.IntType(32), 0)
-                    )
-                    column = builder.fsub(builder.shuffle_vector(lane, lane, _mask([0] * LANES)), column)
-                if c in double:
-                    put(column, scratch, strides[0], c, vector, 8)
-                if c in narrow:
-                    put(builder.fptrunc(column, floats), single, strides[1], c, floats, 4)
-        return context.get_dummy_value()
-
-    @intrinsic
-    def take(typingctx, rows, i, index, first, k, scratch, single):
-        return types.none(rows, types.intp, index, types.intp, types.intp, scratch, single), codegen
-
-    return take
+def narrow_columns(typingctx, rows, index, first, k, scratch):
+    """``columns`` of the first eight values of rows, into ``scratch`` (8, columns)."""
+    return types.none(rows, index, types.intp, types.intp, scratch), _columns(8)
 
 
 def _wide(builder, array, offset, lanes: int = LANES):

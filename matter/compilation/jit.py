@@ -30,7 +30,6 @@ import stat
 import sys
 import tempfile
 from pathlib import Path
-from types import FunctionType
 
 ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
 HOUSE = Path(__file__).resolve().parents[2]
@@ -50,7 +49,6 @@ _preload_tbb()
 
 import llvmlite.binding  # noqa: E402
 import numba  # noqa: E402  (TBB has to be loaded first)
-import numpy as np  # noqa: E402
 
 from matter.compilation import kernel_cache, law_dispatcher  # noqa: E402  (and numba after it)
 
@@ -213,48 +211,23 @@ def set_threads(count: int | None) -> int:
 
 
 def _number_pair_intrinsic(name: str):
-    """llvm.minnum / llvm.maxnum of two numbers of one precision: a float min or max written as `if` or `min()` stops
-    the vectorisation of a whole pair loop (1.8x)."""
+    """llvm.minnum / llvm.maxnum: a float min or max written as `if` or `min()` stops the vectorisation of a whole pair
+    loop (1.8x)."""
     from llvmlite import ir
     from numba.core import types
     from numba.extending import intrinsic
 
     @intrinsic
     def pair(typingctx, a, b):
-        single = a == b == types.float32
-        number = types.float32 if single else types.float64
-
         def codegen(context, builder, signature, args):
-            kind = ir.FloatType() if single else ir.DoubleType()
-            function = builder.module.declare_intrinsic(name, [kind], ir.FunctionType(kind, [kind, kind]))
+            double = ir.DoubleType()
+            function = builder.module.declare_intrinsic(name, [double], ir.FunctionType(double, [double, double]))
             return builder.call(function, args, fastmath=("nnan", "nsz"))
 
-        return number(number, number), codegen
+        return types.float64(types.float64, types.float64), codegen
 
     return pair
 
 
 fast_min = _number_pair_intrinsic("llvm.minnum")
 fast_max = _number_pair_intrinsic("llvm.maxnum")
-
-
-SYMMETRIC = {"nnan", "ninf", "nsz"}
-"""``fastmath`` that neither changes the order of operations nor fuses two: what a pair gives is the same to the bit
-from either side, in vectors of any width."""
-
-symmetric_law = _decorator(compiler=_law, fastmath=SYMMETRIC, forceinline=True)
-
-
-def single(double):
-    """A ``law`` in single precision: its own constants and those of its module that it names are float32, so that
-    float32 arguments give float32; as ``symmetric_law`` takes it in."""
-    plain = double.py_func
-
-    def narrow(value):
-        return np.float32(value) if isinstance(value, float) else value
-
-    code = plain.__code__.replace(co_consts=tuple(narrow(value) for value in plain.__code__.co_consts))
-    names = {name: narrow(value) for name, value in plain.__globals__.items()}
-    twin = FunctionType(code, names, plain.__name__, plain.__defaults__)
-    twin.__module__, twin.__qualname__ = plain.__module__, f"{plain.__qualname__}_single"
-    return symmetric_law(twin)

@@ -11,21 +11,18 @@ import math
 from matter.compilation.jit import law
 
 SOURCES = ("MonaghanLattanzio1985",)
-NORM = 8.0 / math.pi
 
 
 @law
 def kernel(r, h):
     """W [1/m^3] at distance r [m] for the support radius h [m]."""
-    hinv = 1.0 / h
-    q = r * hinv
-    norm = NORM * hinv * hinv * hinv
-    if r >= h:
+    q = r / h
+    norm = 8.0 / (math.pi * h * h * h)
+    if q >= 1.0:
         return 0.0
     if q < 0.5:
         return norm * (1.0 + 6.0 * q * q * (q - 1.0))
-    rest = 1.0 - q
-    return norm * 2.0 * rest * rest * rest
+    return norm * 2.0 * (1.0 - q) ** 3
 
 
 @law
@@ -34,7 +31,7 @@ def gradient_factor(r, h):
     support."""
     hinv = 1.0 / h
     q = r * hinv
-    norm = NORM * hinv * hinv * hinv * hinv * hinv
+    norm = 8.0 / math.pi * hinv * hinv * hinv * hinv * hinv
     inner = 18.0 * q - 12.0
     outside = max(q, 0.5)
     rest = max(1.0 - q, 0.0)

@@ -11,18 +11,15 @@ import math
 from matter.compilation.jit import law
 
 SOURCES = ("Wendland1995", "DehnenAly2012")
-NORM = 21.0 / (2.0 * math.pi)
 
 
 @law
 def kernel(r, h):
     """W [1/m^3] at distance r [m] for the support radius h [m]."""
-    hinv = 1.0 / h
-    q = r * hinv
-    if r >= h:
+    q = r / h
+    if q >= 1.0:
         return 0.0
-    rest = (1.0 - q) * (1.0 - q)
-    return NORM * hinv * hinv * hinv * rest * rest * (1.0 + 4.0 * q)
+    return 21.0 / (2.0 * math.pi * h * h * h) * (1.0 - q) ** 4 * (1.0 + 4.0 * q)
 
 
 @law
@@ -31,4 +28,4 @@ def gradient_factor(r, h):
     support."""
     hinv = 1.0 / h
     rest = max(1.0 - r * hinv, 0.0)
-    return -20.0 * NORM * hinv * hinv * hinv * hinv * hinv * rest * rest * rest
+    return -210.0 / math.pi * hinv * hinv * hinv * hinv * hinv * rest * rest * rest

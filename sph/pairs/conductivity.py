@@ -21,7 +21,7 @@ from matter.compilation.jit import law
 from sph.viscosity.reconstructed import MACH
 
 SOURCES = ("Noh1987", "Price2008")
-TINY = 1e-30
+TINY = 1e-200
 
 
 @law

@@ -24,11 +24,11 @@ import math
 
 import numpy as np
 
-from matter.compilation.gather import LANES, mixed_columns
-from matter.compilation.jit import parallel_kernel, prange, single
+from matter.compilation.gather import LANES, narrow_columns, scratch_width
+from matter.compilation.jit import parallel_kernel, prange
 from sph.kernels import dispatch as kernels
 from sph.pairs.lattice_gradients import hexagonal_distances
-from sph.pairs.row import CHUNK, RHO_INVERSE, SUPPORT, VOLUME, XX, YY, ZZ, X, Y, Z
+from sph.pairs.row import NARROW, RHO_INVERSE, SUPPORT, VOLUME, XX, YY, ZZ, X, Y, Z
 from sph.pairs.scheme import Pairs, Rows, Scheme
 
 SOURCES = ("SpringelHernquist2002", "Monaghan2002")
@@ -36,38 +36,35 @@ SOURCES = ("SpringelHernquist2002", "Monaghan2002")
 LEAST, MOST = 0.2, 5.0
 _BLOCK = 64
 
-_COLUMNS = max(X, Y, Z, SUPPORT, VOLUME) + 1
-_take = mixed_columns((X, Y, Z), (), (X, Y, Z, SUPPORT, VOLUME))
-_ZERO, _HALF, _THREE = np.float32(0.0), np.float32(0.5), np.float32(3.0)
-
 
 @functools.cache
 def _loop(scheme: Scheme):
     """The compiled loop (rows, pairs, start_support, least, most, at_rest, omega) of a scheme; fills ``omega``."""
-    law = kernels.FAMILY.laws[scheme.kernel]
-    kernel, gradient_factor = single(law.kernel), single(law.gradient_factor)
+    kernel = scheme.kernel
 
     @parallel_kernel(fastmath=True)
     def _scale(rows, pairs, start_support, least, most, at_rest, omega):
         row, start_density = rows.row, rows.start_density
         n = len(omega)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
-            s = np.empty((_COLUMNS, CHUNK), dtype=np.float32)
+            wide = 0
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                wide = max(wide, pairs.number[i])
+            s = np.empty((NARROW, scratch_width(wide)))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 padded = (pairs.number[i] + LANES - 1) // LANES * LANES
-                h = np.float32(row[i, SUPPORT])
+                for k in range(0, padded, LANES):
+                    narrow_columns(row, pairs.partner, pairs.first[i], k, s)
+                x, y, z, h = row[i, X], row[i, Y], row[i, Z], row[i, SUPPORT]
                 total = 0.0
-                for start in range(0, padded, CHUNK):
-                    filled = min((padded - start) // LANES, CHUNK // LANES) * LANES
-                    for k in range(0, filled, LANES):
-                        _take(row, i, pairs.partner, pairs.first[i] + start, k, s, s)
-                    for k in range(filled):
-                        hij = _HALF * (h + s[SUPPORT, k])
-                        r2 = s[X, k] * s[X, k] + s[Y, k] * s[Y, k] + s[Z, k] * s[Z, k]
-                        r = math.sqrt(r2)
-                        W, F = kernel(r, hij), gradient_factor(r, hij)
-                        total -= np.float64(s[VOLUME, k] * (_THREE * W + r2 * F))
-                W = np.float64(kernel(_ZERO, h))
+                for k in range(padded):
+                    dx, dy, dz = x - s[X, k], y - s[Y, k], z - s[Z, k]
+                    hij = 0.5 * (h + s[SUPPORT, k])
+                    r2 = dx * dx + dy * dy + dz * dz
+                    r = math.sqrt(r2)
+                    W, F = kernels.kernel(kernel, r, hij), kernels.gradient_factor(kernel, r, hij)
+                    total -= s[VOLUME, k] * (3.0 * W + r2 * F)
+                W = kernels.kernel(kernel, 0.0, h)
                 total -= 3.0 * (1 - (padded - pairs.number[i])) * row[i, VOLUME] * W
                 eta = row[i, RHO_INVERSE] * start_density[i]
                 free = h > 1.0001 * least * start_support[i] and h < 0.9999 * most * start_support[i]

@@ -21,14 +21,6 @@ Force and energy are exact conjugates (sum m v.a + sum m du = 0 to rounding for 
 (momentum), and the volume form survives density jumps between layers. The correction C enters only the strain and
 rotation rates of the stress, where it makes rigid rotation exact (Bonet & Lok 1999). Gathering (every particle sums
 its own row of the list) keeps the result independent of the number of threads.
-
-**Two precisions.** Differences of positions and velocities, stress and all sums are double. In single precision is
-what a pair has to itself: dW/dr / r, Pi, half of (V_i - V_j) / (V_i + V_j) (so that w_ij + w_ji = 1 to the bit) and
-the heat that it conducts. Both partners find the same bits, or the same with the other sign
-(``matter.compilation.jit.symmetric_law``), so that momentum, energy and linear fields are as exact as in double
-precision; the rates themselves differ from it by 2e-7. All in single precision they would be 1e-7 wrong in each of
-these. Partners are taken ``CHUNK`` at a time, in three passes that the compiler vectorises each by itself; numbers in
-SI from supports of a micrometre to 10,000 km stay in the range of single precision.
 """
 
 from __future__ import annotations
@@ -38,16 +30,14 @@ import math
 
 import numpy as np
 
-from matter.compilation.gather import LANES, columns, mixed_columns, single_columns
-from matter.compilation.jit import fast_min, parallel_kernel, prange, single, symmetric_law
+from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
+from matter.compilation.jit import fast_min, parallel_kernel, prange
 from sph.kernels import dispatch as kernels
 from sph.pairs import block_contact, conductivity
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import (
-    CHUNK,
     ENERGY,
     MATERIAL,
-    NARROW,
     RHO_INVERSE,
     SLOPE,
     SOUND,
@@ -77,38 +67,6 @@ SOURCES = ("Monaghan1992", "BonetLok1999")
 
 _BLOCK = 64
 
-_approach, _viscous_pressure = single(monaghan.approach), single(monaghan.viscous_pressure)
-_jump, _exchange = single(viscosity_reconstructed.jump), single(conductivity.exchange)
-_ZERO, _HALF, _ONE, _TWO = (np.float32(number) for number in (0.0, 0.5, 1.0, 2.0))
-
-# what single precision is made of, and into which of its columns the pair's own numbers go
-_NARROW = (X, Y, Z, SUPPORT, VOLUME, VX, VY, VZ, RHO_INVERSE, SOUND)
-_FACTOR, _VISCOUS, _UNEVEN, _HEAT = X, Y, Z, VX
-_MOVING = (X, Y, Z, VX, VY, VZ)
-_take = mixed_columns(_MOVING, (*_MOVING, VOLUME, XX, XY, XZ, YY, YZ, ZZ), _NARROW)
-
-
-@symmetric_law
-def _dot(ax, ay, az, bx, by, bz):
-    return ax * bx + ay * by + az * bz
-
-
-@symmetric_law
-def _along(xx, xy, xz, yy, yz, zz, dx, dy, dz):
-    """x.T.x of a symmetric tensor."""
-    off = xy * (dx * dy) + xz * (dx * dz) + yz * (dy * dz)
-    return xx * (dx * dx) + yy * (dy * dy) + zz * (dz * dz) + _TWO * off
-
-
-@symmetric_law
-def _switched(viscous, one, other):
-    return viscous * (_HALF * (one + other))
-
-
-@symmetric_law
-def _conducted(k, mean, speed, r, one, other):
-    return k * (mean * speed * r) * (one - other)
-
 
 @functools.cache
 def pair_loop(scheme: Scheme):
@@ -116,20 +74,6 @@ def pair_loop(scheme: Scheme):
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
     kernel, reconstructed, corrected, switched, with_blocks = scheme
     conducting, extra_rows, extra_width = scheme.conducting, scheme.extra_rows, scheme.extra_width
-    gradient_factor = single(kernels.FAMILY.laws[kernel].gradient_factor)
-
-    @symmetric_law
-    def _pair(r2, vr, e_i, e_j, supports, sounds, rho_inv, volume_i, volume_j, alpha, beta, spacing):
-        """r, whether it is inside the support, dW/dr / r, mu, the mean sound speed, rho_i rho_j / rhobar, viscous
-        pressure times that, and half (V_i - V_j) / (V_i + V_j); of the supports, sound speeds and 1 / rho the sums."""
-        r, h, sound = math.sqrt(r2), _HALF * supports, _HALF * sounds
-        closing = _jump(vr, e_i, e_j, r, r2, h, sound, spacing) if reconstructed else vr
-        mu, volumes = _approach(closing, r2, h), volume_i + volume_j
-        inverse = _ONE / (rho_inv * volumes)  # one division for two
-        mean = _TWO * volumes * inverse
-        viscous = mean * _viscous_pressure(mu, sound, alpha, beta)
-        uneven = _HALF * (volume_i - volume_j) * (rho_inv * inverse)
-        return r, _ONE if r < h else _ZERO, gradient_factor(r, h), mu, sound, mean, viscous, uneven
 
     @parallel_kernel(fastmath=True)
     def _pairs(rows, pairs, matter, damping, out):
@@ -138,140 +82,157 @@ def pair_loop(scheme: Scheme):
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
         divergence, approach, number = out.divergence, out.approach, out.number
         strain_rate = out.strain_rate
-        spacing, conductance = np.float32(damping.near), np.float32(damping.conductivity)
-        alpha, beta = np.float32(damping.alpha), np.float32(damping.beta)
         n = len(number)  # rows behind these are images: read, never written
         for block in prange((n + _BLOCK - 1) // _BLOCK):
-            s = np.empty((WIDTH, CHUNK))
-            g = np.empty((len(_NARROW), CHUNK), dtype=np.float32)
+            most = 0
+            for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
+                most = max(most, pairs.number[i])
+            s = np.empty((WIDTH, scratch_width(most)))
             if extra_rows:
-                e = np.empty((NARROW, CHUNK), dtype=np.float32)
-            if corrected:
-                t = np.empty((extra_width, CHUNK))
+                t = np.empty((extra_width, scratch_width(most)))
             for i in range(block * _BLOCK, min(n, (block + 1) * _BLOCK)):
                 many = pairs.number[i]
                 # rows of the list are filled up with the particle itself, which adds exact zeros
                 padded = (many + LANES - 1) // LANES * LANES
-                rho_inv = row[i, RHO_INVERSE]
+                for k in range(0, padded, LANES):
+                    columns(row, pairs.partner, pairs.first[i], k, s)
+                    if corrected:
+                        columns(extra, pairs.partner, pairs.first[i], k, t)
+                    elif extra_rows:
+                        narrow_columns(extra, pairs.partner, pairs.first[i], k, t)
+                x, y, z, vx, vy, vz = row[i, X], row[i, Y], row[i, Z], row[i, VX], row[i, VY], row[i, VZ]
+                volume, rho_inv, h, c_i = row[i, VOLUME], row[i, RHO_INVERSE], row[i, SUPPORT], row[i, SOUND]
                 inv_rho_ref = 1.0 / start_density[i] if reconstructed else rho_inv
-                volume, rho_inv_i = np.float32(row[i, VOLUME]), np.float32(rho_inv)
-                h, sound_i = np.float32(row[i, SUPPORT]), np.float32(row[i, SOUND])
-                if reconstructed:
-                    exx, exy = np.float32(extra[i, SLOPE]), np.float32(extra[i, SLOPE + 1])
-                    exz, eyy = np.float32(extra[i, SLOPE + 2]), np.float32(extra[i, SLOPE + 3])
-                    eyz, ezz = np.float32(extra[i, SLOPE + 4]), np.float32(extra[i, SLOPE + 5])
-                if switched:
-                    fraction = np.float32(extra[i, VISCOSITY_FRACTION])
-                if conducting:
-                    kind, u_i = np.float32(extra[i, MATERIAL]), np.float32(extra[i, ENERGY])
-                slowest, near = _ZERO, _ZERO
                 txx, txy, txz, tyy, tyz, tzz = row[i, XX], row[i, XY], row[i, XZ], row[i, YY], row[i, YZ], row[i, ZZ]
                 if corrected:
                     bxx, bxy, bxz = extra[i, TENSOR], extra[i, TENSOR + 1], extra[i, TENSOR + 2]
                     byx, byy, byz = extra[i, TENSOR + 3], extra[i, TENSOR + 4], extra[i, TENSOR + 5]
                     bzx, bzy, bzz = extra[i, TENSOR + 6], extra[i, TENSOR + 7], extra[i, TENSOR + 8]
+                if switched:
+                    fraction = extra[i, VISCOSITY_FRACTION]
+                if conducting:
+                    kind, u_i = extra[i, MATERIAL], extra[i, ENERGY]
                 if with_blocks:
-                    body = np.float32(extra[i, MATERIAL])
-                ax, ay, az, heat = 0.0, 0.0, 0.0, 0.0
+                    body = extra[i, MATERIAL]
+                if reconstructed:
+                    exx, exy, exz = extra[i, SLOPE], extra[i, SLOPE + 1], extra[i, SLOPE + 2]
+                    eyy, eyz, ezz = extra[i, SLOPE + 3], extra[i, SLOPE + 4], extra[i, SLOPE + 5]
+                ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                for start in range(0, padded, CHUNK):
-                    filled = min((padded - start) // LANES, CHUNK // LANES) * LANES
-                    for k in range(0, filled, LANES):
-                        _take(row, i, pairs.partner, pairs.first[i] + start, k, s, g)
-                        if extra_rows:
-                            single_columns(extra, pairs.partner, pairs.first[i] + start, k, e)
-                        if corrected:
-                            columns(extra, pairs.partner, pairs.first[i] + start, k, t)
-                    for k in range(filled):
-                        dx, dy, dz = g[X, k], g[Y, k], g[Z, k]
-                        vr = _dot(g[VX, k], g[VY, k], g[VZ, k], dx, dy, dz)
-                        e_i, e_j = _ZERO, _ZERO
-                        if reconstructed:
-                            e_i = _along(exx, exy, exz, eyy, eyz, ezz, dx, dy, dz)
-                            e_j = _along(e[0, k], e[1, k], e[2, k], e[3, k], e[4, k], e[5, k], dx, dy, dz)
-                        r, inside, factor, mu, sound, mean, viscous, uneven = _pair(
-                            _dot(dx, dy, dz, dx, dy, dz), vr, e_i, e_j, h + g[SUPPORT, k], sound_i + g[SOUND, k],
-                            rho_inv_i + g[RHO_INVERSE, k], volume, g[VOLUME, k], alpha, beta, spacing,
-                        )  # fmt: skip
-                        if switched:
-                            viscous = _switched(viscous, fraction, e[VISCOSITY_FRACTION, k])
-                        slowest = fast_min(slowest, mu * inside)
-                        near += inside
-                        g[_FACTOR, k], g[_VISCOUS, k], g[_UNEVEN, k] = factor, viscous, uneven
-                        if conducting:
-                            alike = conductance if e[MATERIAL, k] == kind else _ZERO
-                            g[_HEAT, k] = _conducted(alike, mean, _exchange(mu, sound), r, u_i, e[ENERGY, k])
-                    for k in range(filled):
-                        dx, dy, dz, ux, uy, uz = s[X, k], s[Y, k], s[Z, k], s[VX, k], s[VY, k], s[VZ, k]
-                        VF, viscous = s[VOLUME, k] * np.float64(g[_FACTOR, k]), np.float64(g[_VISCOUS, k])
-                        gx, gy, gz = VF * dx, VF * dy, VF * dz
-                        heat += (0.5 + np.float64(g[_UNEVEN, k])) * viscous * (ux * gx + uy * gy + uz * gz)
-                        if conducting:
-                            heat += VF * np.float64(g[_HEAT, k])
-                        sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
-                        syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
-                        rest = 1.0
-                        if with_blocks:
-                            along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
-                            along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
-                            cut = block_contact.cut(body, e[MATERIAL, k], along)
-                            opens = cut if ux * dx + uy * dy + uz * dz > 0.0 else 0.0
-                            heat += (cut - opens) * (
+                for k in range(padded):
+                    dx, dy, dz = x - s[X, k], y - s[Y, k], z - s[Z, k]
+                    ux, uy, uz = vx - s[VX, k], vy - s[VY, k], vz - s[VZ, k]
+                    r2 = dx * dx + dy * dy + dz * dz
+                    hij = 0.5 * (h + s[SUPPORT, k])
+                    r = math.sqrt(r2)
+                    F = kernels.gradient_factor(kernel, r, hij)
+                    gx, gy, gz = F * dx, F * dy, F * dz
+                    V = s[VOLUME, k]
+                    # viscosity: m_j Pi = (V_j / rho_j^-1) Pi with 1/rhobar = 2 / (rho_i + rho_j)
+                    vr = ux * dx + uy * dy + uz * dz
+                    limited_vr = vr
+                    if reconstructed:
+                        e_i = (
+                            exx * dx * dx
+                            + eyy * dy * dy
+                            + ezz * dz * dz
+                            + 2.0 * (exy * dx * dy + exz * dx * dz + eyz * dy * dz)
+                        )
+                        e_j = t[SLOPE, k] * dx * dx + t[SLOPE + 3, k] * dy * dy + t[SLOPE + 5, k] * dz * dz
+                        e_j += 2.0 * (
+                            t[SLOPE + 1, k] * dx * dy + t[SLOPE + 2, k] * dx * dz + t[SLOPE + 4, k] * dy * dz
+                        )
+                        limited_vr = viscosity_reconstructed.jump(
+                            vr, e_i, e_j, r, r2, hij, 0.5 * (c_i + s[SOUND, k]), damping.near
+                        )
+                    mu = monaghan.approach(limited_vr, r2, hij)
+                    rho_j_inv = s[RHO_INVERSE, k]
+                    rho_sum, volume_sum = rho_inv + rho_j_inv, volume + V
+                    inv_rho_volume = 1.0 / (rho_sum * volume_sum)  # one division for two
+                    mean_density_ratio = 2.0 * inv_rho_ref * volume_sum * inv_rho_volume  # = rho_j 2 / (rho_i + rho_j)
+                    viscous_term = (
+                        V
+                        * mean_density_ratio
+                        * monaghan.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
+                    )
+                    inside = 1.0 if r < hij else 0.0
+                    if switched:
+                        viscous_term *= 0.5 * (fraction + t[VISCOSITY_FRACTION, k])
+                    slowest = fast_min(slowest, mu * inside)
+                    near += inside
+                    heat += volume * rho_sum * inv_rho_volume * viscous_term * vr * F
+                    if conducting:
+                        alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
+                        speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
+                        heat += alike * V * mean_density_ratio * speed * r * (u_i - t[ENERGY, k]) * F
+                    w = V * inv_rho_ref
+                    sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
+                    syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
+                    if with_blocks:
+                        along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
+                        along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
+                        cut = block_contact.cut(body, t[MATERIAL, k], along)
+                        opens = cut if vr > 0.0 else 0.0
+                        heat += (
+                            (cut - opens)
+                            * w
+                            * (
                                 ux * (txx * gx + txy * gy + txz * gz)
                                 + uy * (txy * gx + tyy * gy + tyz * gz)
                                 + uz * (txz * gx + tyz * gy + tzz * gz)
-                            )  # what the velocity gradient below counts of it as work
-                            rest = 1.0 - cut
-                            ux, uy, uz = (1.0 - opens) * ux, (1.0 - opens) * uy, (1.0 - opens) * uz
-                        if not corrected:
-                            ax += rest * (sxx * gx + sxy * gy + sxz * gz) - viscous * gx
-                            ay += rest * (sxy * gx + syy * gy + syz * gz) - viscous * gy
-                            az += rest * (sxz * gx + syz * gy + szz * gz) - viscous * gz
-                        else:
-                            ax += (
-                                rest
-                                * (
-                                    (bxx + t[TENSOR, k]) * gx
-                                    + (bxy + t[TENSOR + 1, k]) * gy
-                                    + (bxz + t[TENSOR + 2, k]) * gz
-                                )
-                                - viscous * gx
                             )
-                            ay += (
-                                rest
-                                * (
-                                    (byx + t[TENSOR + 3, k]) * gx
-                                    + (byy + t[TENSOR + 4, k]) * gy
-                                    + (byz + t[TENSOR + 5, k]) * gz
-                                )
-                                - viscous * gy
+                        )  # what the velocity gradient below counts of it as work
+                        w *= 1.0 - cut
+                        ux, uy, uz = (1.0 - opens) * ux, (1.0 - opens) * uy, (1.0 - opens) * uz
+                    if not corrected:
+                        ax += w * (sxx * gx + sxy * gy + sxz * gz) - viscous_term * gx
+                        ay += w * (sxy * gx + syy * gy + syz * gz) - viscous_term * gy
+                        az += w * (sxz * gx + syz * gy + szz * gz) - viscous_term * gz
+                    else:
+                        ax += (
+                            w
+                            * (
+                                (bxx + t[TENSOR, k]) * gx
+                                + (bxy + t[TENSOR + 1, k]) * gy
+                                + (bxz + t[TENSOR + 2, k]) * gz
                             )
-                            az += (
-                                rest
-                                * (
-                                    (bzx + t[TENSOR + 6, k]) * gx
-                                    + (bzy + t[TENSOR + 7, k]) * gy
-                                    + (bzz + t[TENSOR + 8, k]) * gz
-                                )
-                                - viscous * gz
+                            - viscous_term * gx
+                        )
+                        ay += (
+                            w
+                            * (
+                                (byx + t[TENSOR + 3, k]) * gx
+                                + (byy + t[TENSOR + 4, k]) * gy
+                                + (byz + t[TENSOR + 5, k]) * gz
                             )
-                        lxx -= ux * gx
-                        lxy -= ux * gy
-                        lxz -= ux * gz
-                        lyx -= uy * gx
-                        lyy -= uy * gy
-                        lyz -= uy * gz
-                        lzx -= uz * gx
-                        lzy -= uz * gy
-                        lzz -= uz * gz
-                        cxx -= dx * gx
-                        cxy -= dx * gy
-                        cxz -= dx * gz
-                        cyy -= dy * gy
-                        cyz -= dy * gz
-                        czz -= dz * gz
-                ax, ay, az, heat = inv_rho_ref * ax, inv_rho_ref * ay, inv_rho_ref * az, inv_rho_ref * heat
+                            - viscous_term * gy
+                        )
+                        az += (
+                            w
+                            * (
+                                (bzx + t[TENSOR + 6, k]) * gx
+                                + (bzy + t[TENSOR + 7, k]) * gy
+                                + (bzz + t[TENSOR + 8, k]) * gz
+                            )
+                            - viscous_term * gz
+                        )
+                    gx, gy, gz = V * gx, V * gy, V * gz
+                    lxx -= ux * gx
+                    lxy -= ux * gy
+                    lxz -= ux * gz
+                    lyx -= uy * gx
+                    lyy -= uy * gy
+                    lyz -= uy * gz
+                    lzx -= uz * gx
+                    lzy -= uz * gy
+                    lzz -= uz * gz
+                    cxx -= dx * gx
+                    cxy -= dx * gy
+                    cxz -= dx * gz
+                    cyy -= dy * gy
+                    cyz -= dy * gz
+                    czz -= dz * gz
                 acceleration[i, 0], acceleration[i, 1], acceleration[i, 2] = ax, ay, az
                 if corrected:
                     ixx, ixy, ixz = inverse[i, 0], inverse[i, 1], inverse[i, 2]
@@ -355,11 +316,11 @@ def pair_loop(scheme: Scheme):
                 if sheared:
                     G *= matter.strain_ratio[i, 0] if trace < 0.0 else matter.strain_ratio[i, 1]
                     third = (lxx + lyy + lzz) / 3.0
-                    dxx, dyy = lxx - third, lyy - third
-                    dxy, dxz, dyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)
+                    exx, eyy = lxx - third, lyy - third
+                    exy, exz, eyz = 0.5 * (lxy + lyx), 0.5 * (lxz + lzx), 0.5 * (lyz + lzy)
                     # spin tensor W_ab = (L_ab - L_ba) / 2; Jaumann: dS = 2 G dev(eps) + W S - S W
                     wxy, wxz, wyz = 0.5 * (lxy - lyx), 0.5 * (lxz - lzx), 0.5 * (lyz - lzy)
-                    a, b, c, d, q = (
+                    a, b, c, d, e = (
                         matter.stress[i, 0],
                         matter.stress[i, 1],
                         matter.stress[i, 2],
@@ -367,11 +328,11 @@ def pair_loop(scheme: Scheme):
                         matter.stress[i, 4],
                     )
                     f = -a - d
-                    stress_rate[i, 0] = 2.0 * G * dxx + 2.0 * (wxy * b + wxz * c)
-                    stress_rate[i, 1] = 2.0 * G * dxy + wxy * (d - a) + wxz * q + wyz * c
-                    stress_rate[i, 2] = 2.0 * G * dxz + wxy * q + wxz * (f - a) - wyz * b
-                    stress_rate[i, 3] = 2.0 * G * dyy + 2.0 * (-wxy * b + wyz * q)
-                    stress_rate[i, 4] = 2.0 * G * dyz - wxy * c - wxz * b + wyz * (f - d)
+                    stress_rate[i, 0] = 2.0 * G * exx + 2.0 * (wxy * b + wxz * c)
+                    stress_rate[i, 1] = 2.0 * G * exy + wxy * (d - a) + wxz * e + wyz * c
+                    stress_rate[i, 2] = 2.0 * G * exz + wxy * e + wxz * (f - a) - wyz * b
+                    stress_rate[i, 3] = 2.0 * G * eyy + 2.0 * (-wxy * b + wyz * e)
+                    stress_rate[i, 4] = 2.0 * G * eyz - wxy * c - wxz * b + wyz * (f - d)
                 else:
                     for k in range(5):
                         stress_rate[i, k] = 0.0

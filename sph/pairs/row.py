@@ -27,6 +27,3 @@ TENSOR = 7
 """Extra row: first of the nine columns of sigma B [Pa], by rows (``sph.pairs.gradients``)."""
 NARROW = 8
 """Width of extra rows without that tensor, and of a row's first cache line."""
-CHUNK = 128
-"""Partners that a loop over pairs takes at a time: the columns of its scratch lie a fixed way apart, so that the
-compiler sees by itself that they do not overlap."""

@@ -41,10 +41,6 @@ class Scheme(NamedTuple):
         """Number of extra columns: narrow rows halve what the loop gathers."""
         return WIDTH if self.corrected else NARROW
 
-    def extra_of(self, n: int) -> np.ndarray:
-        """Room for ``n`` extra rows: in single precision, but for the tensor of the force."""
-        return np.zeros((n, self.extra_width), dtype=np.float64 if self.corrected else np.float32)
-
 
 class Pairs(NamedTuple):
     """A neighbour list: ``partner[first[i] : first[i] + number[i]]`` are the neighbours of particle i, filled up with

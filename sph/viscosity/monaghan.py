@@ -25,7 +25,7 @@ SOURCES = ("MonaghanGingold1983", "Monaghan1992")
 def approach(vx, r2, h):
     """mu [m/s] (negative for approaching pairs, else 0) from v.x [m^2/s], |x|^2 [m^2] and the support radius h [m]."""
     half = 0.5 * h
-    return min(vx, 0.0) * (half / (r2 + 0.01 * half * half))
+    return min(vx, 0.0) * half / (r2 + 0.01 * half * half)
 
 
 @law

@@ -22,8 +22,8 @@ from matter.compilation.jit import fast_max, law
 
 SOURCES = ("Frontiere2017", "Rosswog2020")
 MACH = 0.3
-PER_WIDTH = 1.0 / 0.2
-TINY = 1e-30
+WIDTH = 0.2
+TINY = 1e-200
 SMOOTH = 0.1
 """What is left of the viscosity in the smooth flow of a crater: 0.05 to 0.12 by its heat, in lattices jittered by 0 to
 0.25 spacings."""
@@ -37,9 +37,9 @@ def jump(vx, e_i, e_j, r, r2, h, c, near):
     agreement = fast_max(4.0 * e_i * e_j, 0.0) / (total * total + TINY)
     agreement *= agreement
     half = 0.5 * h
-    mu = min(vx, 0.0) * (half / (r2 + 0.01 * half * half))
+    mu = min(vx, 0.0) * half / (r2 + 0.01 * half * half)
     slow = MACH * MACH * c * c
-    close = fast_max(near - r * (1.0 / h), 0.0) * PER_WIDTH
+    close = fast_max(near - r / h, 0.0) / WIDTH
     room = fast_max(1.0 - close * close, 0.0)
     room *= room
     fraction = agreement * agreement * room * room * slow / (slow + mu * mu + TINY)

@@ -76,28 +76,3 @@ def test_an_aligned_table_begins_on_a_cache_line():
     values = np.arange(24.0).reshape(3, 8)
     copy = gather.aligned(values)
     assert np.array_equal(copy, values) and copy.ctypes.data % 64 == 0 and not np.shares_memory(copy, values)
-
-
-_take = gather.mixed_columns((0, 9), (0, 3), (0, 3, 9))
-
-
-@kernel
-def _mixed(rows, i, index, scratch, single):
-    for k in range(0, len(index), gather.LANES):
-        _take(rows, i, index, 0, k, scratch, single)
-
-
-def test_columns_in_two_precisions_are_differences_where_they_should_be():
-    """The difference is taken before it is rounded: of 1e9 + 1 and 1e9 single precision alone would leave 0."""
-    rng = np.random.default_rng(1)
-    rows, index = rng.normal(size=(50, 16)), rng.permutation(50)[:16].astype(np.int32)
-    rows[:, 0] += 1e9
-    scratch, single = np.zeros((16, 24)), np.zeros((10, 24), dtype=np.float32)
-    _mixed(rows, 7, index, scratch, single)
-    wanted = rows[index].T.copy()
-    wanted[[0, 9]] = rows[7, [0, 9], None] - wanted[[0, 9]]
-    for c in range(16):
-        assert np.array_equal(scratch[c, :16], wanted[c] if c in (0, 3) else np.zeros(16))
-    for c in range(10):
-        assert np.array_equal(single[c, :16], np.float32(wanted[c]) if c in (0, 3, 9) else np.zeros(16))
-    assert np.abs(single[0]).max() > 0.0

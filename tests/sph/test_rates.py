@@ -100,8 +100,8 @@ def test_pairs_keep_momentum_and_total_energy(options):
 
 
 @pytest.mark.parametrize("longer", [1.0, 1.7])
-def test_rates_are_those_of_the_formula_in_double_precision(longer):
-    """Directly summed; with longer supports a particle has more partners than one pass takes."""
+def test_rates_are_those_of_the_formula(longer):
+    """Directly summed, with some 60 and up to 269 partners."""
     c = _Cloud(1000)
     c.support_radius *= longer
     order, cells = neighbours.sort(c.position, c.support_radius)
@@ -109,7 +109,7 @@ def test_rates_are_those_of_the_formula_in_double_precision(longer):
     for name in ("position", "support_radius", "density", "mass", "velocity", "stress", "pressure"):
         setattr(c, name, getattr(c, name)[order])
     c.found = neighbours.build(c.position, c.support_radius, cells)
-    assert (c.found.count.max() > columns.CHUNK) == (longer > 1.0)
+    assert (c.found.count.max() > 200) == (longer > 1.0)
     r, alpha, beta = c.evaluate(), 1.0, 2.0
     a, b, d, e, f = c.stress.T
     sigma = np.array([[a, b, d], [b, e, f], [d, f, -a - e]]).T - c.pressure[:, None, None] * np.eye(3)
@@ -130,9 +130,9 @@ def test_rates_are_those_of_the_formula_in_double_precision(longer):
         L = -np.einsum("j,ja,jb->ab", V * F, v, x)
         fraction = V[i] / (V[i] + V)
         heat = (sigma[i] * L).sum() / c.density[i] + (fraction * c.mass * pressure * F * vx).sum()
-        assert r.acceleration[i] == pytest.approx(wanted, rel=1e-6, abs=1e-6 * np.abs(wanted).max())
-        assert r.energy[i] == pytest.approx(heat, rel=1e-6, abs=1e-6 * np.abs(r.energy).max())
-        assert r.density[i] == pytest.approx(-c.density[i] * np.trace(L), rel=1e-6, abs=1e-6 * np.abs(L).max() * 917.0)
+        assert r.acceleration[i] == pytest.approx(wanted, rel=1e-11, abs=1e-11 * np.abs(wanted).max())
+        assert r.energy[i] == pytest.approx(heat, rel=1e-11, abs=1e-11 * np.abs(r.energy).max())
+        assert r.density[i] == pytest.approx(-c.density[i] * np.trace(L), rel=1e-11, abs=1e-11 * np.abs(L).max() * 917.0)
         assert r.count[i] == np.count_nonzero(q < h) - 1
 
 
