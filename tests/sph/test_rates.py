@@ -132,7 +132,8 @@ def test_rates_are_those_of_the_formula(longer):
         heat = (sigma[i] * L).sum() / c.density[i] + (fraction * c.mass * pressure * F * vx).sum()
         assert r.acceleration[i] == pytest.approx(wanted, rel=1e-11, abs=1e-11 * np.abs(wanted).max())
         assert r.energy[i] == pytest.approx(heat, rel=1e-11, abs=1e-11 * np.abs(r.energy).max())
-        assert r.density[i] == pytest.approx(-c.density[i] * np.trace(L), rel=1e-11, abs=1e-11 * np.abs(L).max() * 917.0)
+        shrinking = -c.density[i] * np.trace(L)
+        assert r.density[i] == pytest.approx(shrinking, rel=1e-11, abs=1e-11 * np.abs(L).max() * 917.0)
         assert r.count[i] == np.count_nonzero(q < h) - 1
 
 
