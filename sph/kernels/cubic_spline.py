@@ -16,10 +16,11 @@ SOURCES = ("MonaghanLattanzio1985",)
 @law
 def kernel(r, h):
     """W [1/m^3] at distance r [m] for the support radius h [m]."""
-    q = r / h
-    norm = 8.0 / (math.pi * h * h * h)
-    if q >= 1.0:
+    if r >= h:
         return 0.0
+    hinv = 1.0 / h
+    q = r * hinv
+    norm = 8.0 / math.pi * hinv * hinv * hinv
     if q < 0.5:
         return norm * (1.0 + 6.0 * q * q * (q - 1.0))
     return norm * 2.0 * (1.0 - q) ** 3

@@ -16,10 +16,11 @@ SOURCES = ("Wendland1995", "DehnenAly2012")
 @law
 def kernel(r, h):
     """W [1/m^3] at distance r [m] for the support radius h [m]."""
-    q = r / h
-    if q >= 1.0:
+    if r >= h:
         return 0.0
-    return 21.0 / (2.0 * math.pi * h * h * h) * (1.0 - q) ** 4 * (1.0 + 4.0 * q)
+    hinv = 1.0 / h
+    q = r * hinv
+    return 21.0 / (2.0 * math.pi) * hinv * hinv * hinv * (1.0 - q) ** 4 * (1.0 + 4.0 * q)
 
 
 @law

@@ -51,10 +51,10 @@ class Rates:
         )
 
     def state(self) -> dict[str, np.ndarray]:
-        """Every array, for a checkpoint."""
-        return vars(self)
+        """Every array, for a checkpoint, but for the rates of strain, which are the cloud's."""
+        return {name: array for name, array in vars(self).items() if name != "strain_rate"}
 
     def restore(self, saved: checkpoint.State) -> None:
         """Take up a ``state``."""
-        for name, array in vars(self).items():
+        for name, array in self.state().items():
             array[:] = saved[name]

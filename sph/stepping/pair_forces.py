@@ -39,7 +39,7 @@ class PairForces:
         self.numerics, self.images = numerics, images
         self.scheme = numerics.scheme._replace(with_blocks=len(cloud.block) > 0)
         self.evaluated = state.Evaluated(len(cloud))
-        self.rates = pair_rates.Rates(len(cloud), self.scheme.reconstructed)
+        self.rates = pair_rates.Rates(len(cloud))
         self._gradient_scale = numerics.gradient_scale
         self._omega = np.ones(len(cloud) if self.scheme.reconstructed else 0)
         self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel)
@@ -73,11 +73,13 @@ class PairForces:
         matter = pair_rates.Matter(
             cloud.material, rows.shear, self.evaluated.strain_ratio, cloud.stress, switches.strength
         )
+        if self.scheme.reconstructed:
+            self.rates.strain_rate = cloud.strain_rate  # the former ones stand in the extra rows
         pair_rates.compute(self.scheme, self.rows(cloud), pairs, matter, damping, self.rates)
         cloud.neighbours[:] = self.rates.count
         if self.scheme.reconstructed:
             length_terms.divide(self.rates, self._omega)
-            cloud.strain_rate[:] = self.rates.strain_rate
+            self.rates.strain_rate = np.zeros((0, 6))  # the cloud's alone: it sorts them with the rest
 
     def rows(self, cloud: Cloud) -> Rows:
         """The rows that the loops over pairs read."""

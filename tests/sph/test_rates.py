@@ -96,6 +96,44 @@ def test_pairs_keep_momentum_and_total_energy(first):
     keeps_momentum_and_total_energy(c, c.evaluate(first=first))
 
 
+@pytest.mark.parametrize("longer", [1.0, 1.7])
+def test_rates_are_those_of_the_formula(longer):
+    """Directly summed, with some 60 and up to 269 partners."""
+    c = _Cloud(1000)
+    c.support_radius *= longer
+    order, cells = neighbours.sort(c.position, c.support_radius)
+    assert np.array_equal(order, np.arange(1000)) or longer > 1.0
+    for name in ("position", "support_radius", "density", "mass", "velocity", "stress", "pressure"):
+        setattr(c, name, getattr(c, name)[order])
+    c.found = neighbours.build(c.position, c.support_radius, cells)
+    assert (c.found.count.max() > 200) == (longer > 1.0)
+    r, alpha, beta = c.evaluate(), 1.0, 2.0
+    a, b, d, e, f = c.stress.T
+    sigma = np.array([[a, b, d], [b, e, f], [d, f, -a - e]]).T - c.pressure[:, None, None] * np.eye(3)
+    for i in (77, 431, int(np.argmax(c.found.count))):
+        x, v, h = (
+            c.position[i] - c.position,
+            c.velocity[i] - c.velocity,
+            0.5 * (c.support_radius[i] + c.support_radius),
+        )
+        q = np.linalg.norm(x, axis=1)
+        vx, half = (v * x).sum(axis=1), 0.5 * h
+        F = np.array([cubic_spline.gradient_factor(one, other) for one, other in zip(q, h)])
+        mu = np.minimum(vx, 0.0) * half / (q * q + 0.01 * half * half)
+        pressure = mu * (beta * mu - alpha * 3200.0) * 2.0 / (c.density[i] + c.density)
+        V = c.mass / c.density
+        force = np.einsum("jab,jb->ja", sigma[i] + sigma, x) * (V * F)[:, None] / c.density[i]
+        wanted = (force - (c.mass * pressure * F)[:, None] * x).sum(axis=0)
+        L = -np.einsum("j,ja,jb->ab", V * F, v, x)
+        fraction = V[i] / (V[i] + V)
+        heat = (sigma[i] * L).sum() / c.density[i] + (fraction * c.mass * pressure * F * vx).sum()
+        assert r.acceleration[i] == pytest.approx(wanted, rel=1e-11, abs=1e-11 * np.abs(wanted).max())
+        assert r.energy[i] == pytest.approx(heat, rel=1e-11, abs=1e-11 * np.abs(r.energy).max())
+        shrinking = -c.density[i] * np.trace(L)
+        assert r.density[i] == pytest.approx(shrinking, rel=1e-11, abs=1e-11 * np.abs(L).max() * 917.0)
+        assert r.count[i] == np.count_nonzero(q < h) - 1
+
+
 def test_pressure_alone_keeps_angular_momentum():
     c = _Cloud(1000)
     c.stress[:] = 0

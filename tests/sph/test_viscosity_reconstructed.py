@@ -115,6 +115,18 @@ def test_rates_without_room_for_the_gradient_are_refused():
         )
 
 
+def test_the_cloud_holds_the_rates_of_strain_of_the_last_evaluation():
+    """Those of a linear flow, exactly; the next evaluation's slopes are these."""
+    place = solutions.closest_packing(lambda x: np.linalg.norm(x, axis=1) < 4.0, 4.0, 0.0)
+    i = solutions.body(place, collect(("basalt",), {"basalt": Choice(**solutions.TOUGH)}), 4.0)
+    for flow in ([1.0, 1.0, -2.0], [-3.0, 1.0, 2.0]):
+        i.cloud.velocity[:] = i.cloud.position * flow
+        i.start()
+        inside = np.linalg.norm(i.cloud.position, axis=1) < 1.5
+        assert inside.any()
+        assert np.abs(i.cloud.strain_rate[inside][:, [0, 3, 5]] - flow).max() < 1e-9
+
+
 @pytest.mark.parametrize("walled", [False, True])
 def test_images_carry_slopes_and_heat(walled):
     """A box whose images are made by planes, against the same matter beside it laid out in full: periodic, and
