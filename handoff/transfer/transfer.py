@@ -137,10 +137,9 @@ def _first_identity(bed: Particles, blocks: WholeBlocks | None) -> int:
     return 1 + max(int(some.identity.max(initial=0)) for some in (bed, *([] if blocks is None else [blocks.grains])))
 
 
-def _energy_against(region: domain.Domain, mass, position, velocity, radius, spin) -> float:
-    """Kinetic energy [J] of grains against the ground, which turns with a whole body."""
-    own = spin - region.omega if isinstance(region, WholeBody) else spin
-    return closing.sums(mass, position, region.flow(position, velocity), radius, own).kinetic
+def _energy_against(region: WholeBody, mass, position, velocity, radius, spin) -> float:
+    """Kinetic energy [J] of grains against the turning ground."""
+    return closing.sums(mass, position, region.flow(position, velocity), radius, spin - region.omega).kinetic
 
 
 def _closed(
