@@ -8,7 +8,7 @@ from typing import Any
 DEEPEST = 50
 """Tables and lists within one another; a case has five."""
 LARGEST = 2**63 - 1
-"""The largest whole number of TOML 1.0."""
+"""The largest whole number of TOML 1.0; the least is one further from zero."""
 
 
 class BeyondLimits(ValueError):
@@ -29,7 +29,7 @@ def loads(text: str) -> dict[str, Any]:
     level: list[Any] = [content]
     for _ in range(DEEPEST):
         level = [inner for outer in level for inner in _inside(outer)]
-        if any(isinstance(value, int) and abs(value) > LARGEST for value in level):
+        if any(isinstance(value, int) and not -LARGEST - 1 <= value <= LARGEST for value in level):
             raise BeyondLimits(f"a whole number is larger than {LARGEST}")
         if not level:
             return content

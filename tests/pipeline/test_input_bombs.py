@@ -78,6 +78,9 @@ def test_a_file_beyond_all_limits_is_one_short_message(tmp_path, text):
 def test_what_lies_within_the_limits_is_read():
     depth = toml_input.DEEPEST - 2
     assert toml_input.loads(f"a = {'[' * depth}{']' * depth}\nb = {toml_input.LARGEST}")["b"] == 2**63 - 1
+    assert toml_input.loads(f"b = {-(2**63)}")["b"] == -(2**63)
+    with pytest.raises(toml_input.BeyondLimits):
+        toml_input.loads(f"b = {-(2**63) - 1}")
 
 
 TOWERS = (
