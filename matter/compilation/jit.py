@@ -29,8 +29,10 @@ import re
 import stat
 import sys
 import tempfile
+import time
 from pathlib import Path
 
+_BEGAN = time.time()
 ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
 HOUSE = Path(__file__).resolve().parents[2]
 
@@ -112,6 +114,13 @@ def source_key(path: Path) -> str:
     return digest.hexdigest()[:20]
 
 
+def _edited_meanwhile(path: Path) -> bool:
+    """Whether a source that a file reaches was written since this process began: what was imported may be its former
+    text, whose machine code must not be kept under the hash of the present one."""
+    now = time.time()
+    return any(_BEGAN < source.stat().st_mtime <= now for source in reached_sources(path))
+
+
 @functools.lru_cache(maxsize=1)
 def cache_root() -> Path:
     """Folder of compiled kernels: ``$BOLIDE_CACHE``, else the user's cache folder, else a temporary one.
@@ -158,6 +167,8 @@ def _compile(function, compiler=numba.njit, **options):
     if content:
         function.__qualname__ += f"_{content[:12]}"
     compiled = compiler(function, error_model="numpy", **options)
+    if _edited_meanwhile(source):
+        return compiled
     compiled.enable_caching()
     if content:
         compiled._cache = kernel_cache.ClosureCache(function, content)

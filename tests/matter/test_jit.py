@@ -81,6 +81,15 @@ def test_an_edited_law_in_another_file_is_compiled_anew(house):
     assert result(house) == (12.0, True)  # a file that nothing imports changes nothing
 
 
+def test_a_law_that_was_edited_after_its_import_is_not_kept_for_the_new_one(house):
+    """A process that has the old law in memory when it hashes the new one."""
+    edits = "from pathlib import Path\n\nfrom sph import law_of_test\n\n"
+    edits += f"Path(law_of_test.__file__).write_text({LAW.format(factor=3.0)!r})\n"
+    (house / "sph" / "loop.py").write_text(edits + LOOP)
+    assert result(house) == (8.0, False)
+    assert result(house) == (12.0, False)
+
+
 def test_the_key_follows_every_import_and_the_numba_version(tmp_path, monkeypatch):
     monkeypatch.setattr(jit, "HOUSE", tmp_path)
     (tmp_path / "sph" / "eos").mkdir(parents=True)
