@@ -93,6 +93,7 @@ def _local_imports(path: Path) -> tuple[Path, ...]:
     return tuple(sorted(files))
 
 
+@functools.cache
 def reached_sources(path: Path) -> tuple[Path, ...]:
     """A source file and every project file that it reaches by imports, sorted."""
     reached, waiting = {path}, [path]
@@ -114,6 +115,7 @@ def source_key(path: Path) -> str:
     return digest.hexdigest()[:20]
 
 
+@functools.cache
 def _edited_meanwhile(path: Path) -> bool:
     """Whether a source that a file reaches was written since this process began: what was imported may be its former
     text, whose machine code must not be kept under the hash of the present one."""

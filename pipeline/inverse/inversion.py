@@ -125,9 +125,9 @@ def of_case(case: Case, out: Path) -> Inversion:
 
 
 def planned(case: Case, out: Path) -> tuple[Inversion | None, list[str]]:
-    """The inversion by what is there before the sweep is finished, which says what the data can tell: its members, or
-    scaling laws where those are too few for a slope by each parameter; None where the laws give nothing that was
-    observed. With it, what it stands on, a sentence each. Raises ``InputError``."""
+    """The inversion before the sweep is finished, from which ``--check`` says what the data can tell apart: from the
+    members that are done, or from scaling laws where they are too few for a slope by each parameter; None where the
+    laws give no observed quantity. With it, what it rests on, a sentence each. Raises ``InputError``."""
     asked = _asked(case)
     sweep = sweeps.planned_sweep(case, asked.content, out)
     priors, names = asked.content.prior, [one[0] for one in asked.observed]

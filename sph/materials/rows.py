@@ -124,7 +124,7 @@ class Materials:
         return bool((self.rows.vibration[:, block_model.C_VIB] > 0.0).any())
 
     def hit_by(self, radius: float) -> Materials:
-        """The materials hit by a projectile of the ``radius`` [m], which their vibration goes by."""
+        """The materials with decay time and viscosity of the vibration for a projectile of ``radius`` [m]."""
         sized = self.rows.vibration.copy()
         sized[:, [block_model.DECAY_TIME, block_model.VISCOSITY]] *= radius
         return replace(self, rows=self.rows._replace(vibration=sized))

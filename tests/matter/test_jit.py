@@ -108,6 +108,7 @@ def test_the_key_follows_every_import_and_the_numba_version(tmp_path, monkeypatc
     def key():
         jit.source_key.cache_clear()
         jit._local_imports.cache_clear()
+        jit.reached_sources.cache_clear()
         return jit.source_key(loop)
 
     first = key()
