@@ -3,16 +3,19 @@
 Per measure, with y the values of the draws (the case as it is, the reference, is the first) in groups of one shock
 stage each:
 
-    draws^2   = MS_within + max(0, (MS_between - MS_within) / n0)
+    scatter^2 = MS_within + max(0, (MS_between - MS_within) / n0)
         one-way analysis of variance: the scatter of one run whose particles and grains are both redrawn; n0 the mean
         size of a group, corrected for unequal ones
+    draws^2   = max(0, scatter^2 - azimuth^2)
+        what a run's own error does not hold yet: where its particles lie about the crater, and so how its sectors
+        differ (``azimuth``, root mean square over the draws), is redrawn with them
     handoff^2 = max(0, (half the range over the times x0.5, 1, x2)^2 - 0.913 MS_within)
     alpha^2   = the same over alpha x0.67, 1, x1.5
     size^2    = the distance to a vanishing spacing, by a ladder of two coarser runs (``ladder``)
     chain^2   = draws^2 + handoff^2 + alpha^2 + size^2
 
-What is subtracted is what the scatter of draws alone would show on average (half the range of three normal numbers has
-a mean square of 0.913 sigma^2), so that no error counts twice.
+What is subtracted from the others is what the scatter of draws alone would show on average (half the range of three
+normal numbers has a mean square of 0.913 sigma^2), so that no error counts twice.
 """
 
 from __future__ import annotations
@@ -114,12 +117,19 @@ def row(crater: str, name: str, measured: Mapping[str, Any], draws: Mapping[str,
         if (found := value(member)) is None:
             break
         rungs.append(found)
+    entries = [measured[member][crater][name] for member in mine]
     return Row(
         crater, name, tuple(mine.values()), float(np.mean(list(mine.values()))),
-        _measuring([measured[member][crater][name] for member in mine]),
-        draws=math.sqrt(total) if len(mine) > 1 else None, handoff=spread(EARLIER_LATER), alpha=spread(ALPHAS),
-        ladder=ladder.climb(rungs, math.sqrt(total)),
+        _measuring(entries),
+        draws=_beyond_reading(total, entries) if len(mine) > 1 else None,
+        handoff=spread(EARLIER_LATER), alpha=spread(ALPHAS), ladder=ladder.climb(rungs, math.sqrt(total)),
     )  # fmt: skip
+
+
+def _beyond_reading(total: float, entries: list[dict[str, Any]]) -> float:
+    """The part ``draws``: the scatter of one run, a variance, beyond what the run's sectors show of it themselves."""
+    azimuth = float(np.mean([((entry.get("sigma_parts") or {}).get("azimuth") or 0.0) ** 2 for entry in entries]))
+    return math.sqrt(max(0.0, total - azimuth))
 
 
 def _measuring(entries: list[dict[str, Any]]) -> float:

@@ -87,6 +87,22 @@ def test_a_row_from_known_members():
     assert chain_error.row("final", "rim_height_m", found, draws) is None
 
 
+def test_what_the_sectors_of_a_run_show_of_its_scatter_does_not_count_twice():
+    """Craters scatter by 3 (runs) and by 4 (where particles lie, which the sectors tell): the whole error of one run
+    is 5 on average, not sqrt(5^2 + 4^2) = 6.4; with calm sectors it is what the draws show; louder ones stay."""
+    rng = np.random.default_rng(8)
+    names = [REFERENCE, *(f"draw_{k}" for k in range(2, 9))]
+
+    def error(azimuth):
+        found = {name: measured(rng.normal(100.0, 5.0), azimuth, azimuth=azimuth) for name in names}
+        row = chain_error.row("final", "depth_m", found, dict.fromkeys(names, 1))
+        return math.hypot(row.measuring, row.chain)
+
+    assert np.mean([error(4.0) ** 2 for _ in range(2000)]) == pytest.approx(25.0, rel=0.1)
+    assert np.mean([error(0.0) ** 2 for _ in range(2000)]) == pytest.approx(25.0, rel=0.05)
+    assert min(error(9.0) for _ in range(200)) >= 9.0
+
+
 @pytest.mark.parametrize("order", [1.0, 1.5, 2.0])
 def test_a_ladder_finds_the_order_and_the_limit_of_a_known_law(order):
     rungs = [50.0 + 4.0 * h**order for h in ladder.RATIO ** np.arange(3)]
