@@ -210,6 +210,13 @@ def explain(settings: Settings) -> list[str]:
         + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
         + f": the step follows from {_limit(settings).what}",
     ]
+    if settings.late:
+        (first, speed), (last, slowest) = settings.late.switches[0], settings.late.switches[-1]
+        lines.append(
+            f"from {readable.clock(first)} on a sound speed of {speed:g} m/s"
+            + (f", falling to {slowest:g} m/s at {readable.clock(last)}" if settings.late.slower else "")
+            + f": {sum(_late_steps(settings)):,.0f} of the steps (late stage, [sph.late])"
+        )
     if (found := placing.of_target(target)) is not None:
         lines.append(rubble.worded(found, settings.chosen_materials(), target, zones))
     return lines

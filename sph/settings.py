@@ -18,7 +18,7 @@ from sph.bodies import target as bodies
 from sph.boundary import dispatch as boundaries
 from sph.materials import rows as material_rows
 from sph.materials.settings import Choice
-from sph.planning import durations, resolution
+from sph.planning import durations, late_speeds, resolution
 from sph.stepping import late as late_stage
 from sph.stepping import sides_and_floor
 from sph.stepping.numerics import Numerics
@@ -127,8 +127,9 @@ class Settings(_Keys):
     floor: boundaries.Floor | None = None
     """Lower boundary condition of flat ground, as ``sides``; a half-sphere has sides only."""
     late: late_stage.Settings | None = None
-    """``[sph.late]``: a late stage with a low bulk modulus, for long times at small scale (``sph.stepping.late``);
-    none by default."""
+    """``[sph.late]``: a late stage with a low bulk modulus, for long times at small scale (``sph.stepping.late``). By
+    default none where ``end_time`` is given; else the one that fits the expected crater, if its weight ends it
+    (``sph.planning.late_speeds``)."""
     symmetry: symmetries.Symmetry = "none"
     """``half``: only y > 0 is computed, beside a mirror; ``quarter``: x > 0 and y > 0, of an impact straight down.
     What is left is the whole. Refused where the impact breaks the body: fragments and cracks would be mirrored too."""
@@ -136,6 +137,18 @@ class Settings(_Keys):
     """A control run without projectile."""
     seed: Annotated[int, Field(ge=0)] = 1
     """Seed of the particles' first positions and of the flaws."""
+
+    @model_validator(mode="after")
+    def _late_follows(self) -> Settings:
+        if not {"late", "end_time"} & self.model_fields_set:
+            try:
+                found = late_speeds.late_stage(
+                    self.target, self.impact, self.chosen_materials(), self.strength, self.damage, self.end_time
+                )
+            except InputError:
+                return self
+            object.__setattr__(self, "late", found)  # as a default is: the model is frozen for its users
+        return self
 
     @model_validator(mode="after")
     def _sizes(self) -> Settings:

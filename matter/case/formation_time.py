@@ -18,6 +18,8 @@ SOURCES = ("SchmidtHousen1987", "HousenHolsapple2011")
 ENOUGH = 0.8
 """Share of T that a run lasts at least if its crater is to be called final: T is good to a fifth."""
 _MU = 0.5
+GROWTH = _MU / (1.0 + _MU)
+"""Exponent of a crater's growth: its radius goes as t^(mu / (1 + mu))."""
 
 
 def formation_time(volume: float, gravity: float) -> float:
@@ -38,4 +40,4 @@ def of_crater(diameter: float, gravity: float, weight: float = 0.0, strength: fl
 def of_growth(diameter: float, radius: float, speed: float) -> float:
     """Time [s] in which a point source opens a crater of ``diameter`` [m], from a projectile's ``radius`` [m] and
     ``speed`` [m/s]."""
-    return radius / speed * max(0.5 * diameter / radius, 1.0) ** ((1.0 + _MU) / _MU)
+    return radius / speed * max(0.5 * diameter / radius, 1.0) ** (1.0 / GROWTH)

@@ -35,6 +35,8 @@ SINKING = 0.01
 """Depth, over the crater's diameter, by which ground may sink in a quiet layer unsaid."""
 DISRUPTS = 0.1
 """Share of the energy that breaks a body in two, from which on its fragments are what a run is about."""
+STEPS_OF_SOUND = 50_000
+"""Steps of a run at the speed of sound from which on a late stage is advised."""
 NEAR = 1.3
 """Least distance of the quiet layer over the expected crater's radius."""
 
@@ -58,6 +60,7 @@ def judged(
         *_broken(sph),
         *_coarse(sph),
         *_sinking(sph),
+        *_no_late_stage(sph),
         *_regime(settings, sph, stages),
         *_cohesion_once(settings, sph),
         *_shaken_grains(settings, sph),
@@ -281,6 +284,27 @@ def _sinking(sph: Any) -> Iterator[str]:
             f'ground with start = "literal" carries no weight and sinks into its {" and ".join(_layers(sph))} layer, '
             f"here by up to {readable.length(way)} (g L / c times the time at each late sound speed); "
             f'[target] start = "relaxed" rests on it'
+        )
+
+
+def _no_late_stage(sph: Any) -> Iterator[str]:
+    """A long run at the steps of sound, whose crater its weight ends."""
+    from sph import cost_prediction
+    from sph.planning import late_speeds
+
+    if sph.late is not None or (steps := cost_prediction.steps(sph)[1]) < STEPS_OF_SOUND:
+        return
+    materials = sph.chosen_materials()
+    late = late_speeds.late_stage(sph.target, sph.impact, materials, sph.strength, sph.damage, sph.end_time)
+    if late is not None and (fewer := cost_prediction.steps(sph.model_copy(update={"late": late}))[1]) < 0.3 * steps:
+        switches = f'at = "{late.at:g} s", sound_speed = "{late.sound_speed:g} m/s"'
+        slower = ", ".join(
+            f'{{ at = "{one.at:g} s", sound_speed = "{one.sound_speed:g} m/s" }}' for one in late.slower
+        )
+        yield (
+            f"{steps:,.0f} steps at the speed of sound: a late stage would take {fewer:,.0f}, [sph.late] {switches}"
+            + (f", slower = [{slower}]" if slower else "")
+            + "; a case that leaves out end_time has it"
         )
 
 

@@ -15,7 +15,7 @@ from sph.bodies import ground as grounds
 from sph.bodies import target
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
-from sph.planning import durations, ground_strength, resolution
+from sph.planning import durations, ground_strength, late_speeds, resolution
 
 IMPACT = Impact.model_validate(
     {
@@ -140,3 +140,54 @@ def test_given_values_stay():
     )
     assert (settings.spacing_at_impact, settings.spacing_far, settings.end_time) == (80.0, 320.0, 5.0)
     assert settings.snapshot_interval == 0.5 and settings.history_interval == 0.125
+
+
+def late(gravity: float, end: float, **impact):
+    """The late stage in loose basalt of ``gravity`` [m/s^2], of a copper ball of 3.76 cm at 2 km/s."""
+    ball = {"material": "copper", "radius": 0.0376}
+    hit = {"speed": 2e3, "angle_from_vertical": 0.0, "projectile": ball, "expected_transient_diameter": 14.5, **impact}
+    layer = {"name": "ground", "material": "basalt", "thickness": 22.0}
+    ground = Target.model_validate({"shape": "half_space", "gravity": gravity, "layers": [layer]})
+    loose = {"basalt": Choice(porosity="p_alpha", strength="drucker_prager", drucker_prager={"cohesion": "0 Pa"})}
+    shot, materials = Impact.model_validate(hit), collect(("basalt", "copper"), loose)
+    return late_speeds.late_stage(ground, shot, materials, True, True, end)
+
+
+def test_the_edge_of_a_crater_moves_as_its_radius_grows():
+    """v is the derivative of R_T (t / T)^(1/3); 6.8 m/s in the shot at Ryugu after 15 ms."""
+    radius, formation = 7.25, 198.0
+    for t in (0.015, 1.0, 100.0):
+        grows = (radius * ((t + 1e-6) / formation) ** (1 / 3) - radius * ((t - 1e-6) / formation) ** (1 / 3)) / 2e-6
+        assert late_speeds.flow_speed(t, radius, formation) == pytest.approx(grows, rel=1e-4)
+    assert late_speeds.flow_speed(0.015, radius, formation) == pytest.approx(6.8, rel=0.01)
+
+
+def test_the_late_stage_of_a_small_body_follows_the_flow_as_it_slows_down():
+    """Ten times the edge's speed at every switch, to within the two digits, from two diameters' way of sound on; never
+    so soft that the ground's own weight strains it by more than a twentieth."""
+    found = late(1.2e-4, 400.0)
+    formation = formation_time.of_growth(14.5, 0.0376, 2e3)  # 135 s; weight alone would take 198 s
+    assert found.at == pytest.approx(2.0 * 14.5 / 3145.0, rel=0.05)
+    assert len(found.slower) == math.floor(math.log2(found.sound_speed / math.sqrt(20.0 * 1.2e-4 * 14.5)))
+    for at, c in found.switches:
+        assert c == pytest.approx(10.0 * late_speeds.flow_speed(at, 7.25, formation), rel=0.1)
+        assert c**2 >= 20.0 * 1.2e-4 * 14.5
+    assert found.switches[-1][0] < 400.0
+
+
+def test_no_late_stage_without_weight_or_time_or_where_the_weight_is_stiff():
+    """No gravity; a run that ends while the wave leaves; ground so heavy that c would exceed half the speed of
+    sound."""
+    assert late(0.0, 400.0) is None
+    assert late(1.2e-4, 0.05) is None
+    assert late(1e5, 400.0) is None
+
+
+def test_a_case_that_gives_its_end_keeps_the_speed_of_sound():
+    given = {"target": flat(), "impact": IMPACT, "particles": 8000}
+    follows = stage.Settings.model_validate(given)
+    assert follows.late is not None and follows.late.at < 0.1 * follows.end_time
+    assert stage.Settings.model_validate({**given, "end_time": follows.end_time}).late is None
+    assert stage.Settings.model_validate({**given, "late": None}).late is None
+    hard = {**given, "impact": IMPACT.model_copy(update={"expected_transient_diameter": 20.0})}
+    assert stage.Settings.model_validate(hard).late is None  # strength holds it

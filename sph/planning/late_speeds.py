@@ -1,0 +1,76 @@
+"""When the shock stage of a case that does not say it lowers its sound speed, and to what: the ``[sph.late]`` of a
+crater that its weight ends (``sph.stepping.late`` is what a late stage does).
+
+After the shock has left, the flow about a crater slows down while its time step stays that of sound. A point source
+opens a crater as R(t) = R_T (t / T)^(mu / (1 + mu)), mu = 0.5 (``matter.case.formation_time``), so its edge moves at
+
+    v(t) = R_T / (3 T) (t / T)^(-2/3)
+
+and matter of the sound speed c flows as if it could not be compressed for v << c; what weighs on it or holds it
+together strains it by rho g D / (rho c^2) and Y / (rho c^2). So
+
+    c(t)  = max(MACH v(t), sqrt(STRAIN max(g D, Y / rho)))       MACH = 10, STRAIN = 20
+    first at  t_1 = 2 D / c_0, when a wave at the bulk sound speed c_0 of the rock has crossed two diameters, or where
+              c(t) has fallen below c_0 / 2, whichever is later
+
+and then down to a half each time, which v takes a time 2^(3/2) longer to do. Steps of the whole flow are then some
+MACH R_T / (courant spacing), whatever the gravity: 43 million become some thousands on an asteroid.
+
+No late stage: ground without weight; a crater that strength holds, where waves break the rock; a first switch later
+than a tenth of the run, which would save little.
+"""
+
+from __future__ import annotations
+
+import math
+
+from matter.case import formation_time
+from matter.case.body import Impact, Target
+from sph.materials.rows import Materials
+from sph.planning import durations, ground_strength
+from sph.stepping import late
+
+MACH, STRAIN = 10.0, 20.0
+"""Sound speed over the flow's; bulk modulus over what strains the ground."""
+CROSSED = 2.0
+"""Diameters that a wave crosses before the first switch."""
+SOFTEST_START = 0.5
+"""Largest first sound speed over that of the rock."""
+LATEST = 0.1
+"""Latest first switch over the length of the run."""
+
+
+def flow_speed(time: float, radius: float, formation: float) -> float:
+    """v [m/s] of the edge of a crater that reaches ``radius`` [m] at the time ``formation`` T [s], at ``time`` [s]."""
+    exponent = formation_time.GROWTH
+    return exponent * radius / formation * (time / formation) ** (exponent - 1.0)
+
+
+def late_stage(
+    target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool, end: float
+) -> late.Settings | None:
+    """The late stage of a run until ``end`` [s]; None where there should be none. ``strength``, ``damage`` as
+    ``[sph]`` has them."""
+    diameter, gravity = impact.expected_transient_diameter, durations.surface_gravity(target, materials)
+    ground = ground_strength.ground(materials, target.layers[-1].material, diameter, strength, damage)
+    weight, holds = gravity * diameter, ground.strength / ground.density
+    if gravity <= 0.0 or ground.sound <= 0.0 or holds >= ground_strength.HOLDS * weight:
+        return None
+    formation = durations.crater_time(target, impact, materials, strength, damage)
+    slowest = math.sqrt(STRAIN * max(weight, holds))
+    first = SOFTEST_START * ground.sound
+    later = 1.0 / (1.0 - formation_time.GROWTH)  # v ~ t^-(1 - exponent): a speed lower by q takes q^later as long
+    when = max(
+        CROSSED * diameter / ground.sound,
+        formation * (MACH * flow_speed(formation, 0.5 * diameter, formation) / first) ** later,
+    )
+    speed = max(MACH * flow_speed(when, 0.5 * diameter, formation), slowest)
+    if speed > first or when > LATEST * end:
+        return None
+    switches = [(when, speed)]
+    while 0.5 * speed >= slowest and (when := 2.0**later * when) < end:
+        switches.append((when, speed := 0.5 * speed))
+    (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]
+    return late.Settings(
+        at=at, sound_speed=c, slower=tuple(late.Slower(at=when, sound_speed=speed) for when, speed in slower)
+    )
