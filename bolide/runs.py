@@ -282,7 +282,12 @@ def run(
 
 
 def toml(value: Any) -> str:
-    """A value as TOML writes it."""
+    """A value as TOML writes it on one line."""
     import tomlkit
 
+    if isinstance(value, Mapping):
+        inside = ", ".join(f"{tomlkit.key(key).as_string()} = {toml(one)}" for key, one in value.items())
+        return f"{{ {inside} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml, value))}]"
     return tomlkit.item(value).as_string()

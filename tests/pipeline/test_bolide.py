@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import bolide
-from bolide import values
+from bolide import runs, values
 from crater.ground.radial_profile import Profile, write_csv
 from matter.files import snapshot
 from matter.particles import Particles
@@ -234,3 +235,15 @@ def test_commands_by_the_module():
     assert start("run_case", "--version").stdout.startswith("bolide ")
     shown = start("--version")
     assert shown.returncode == 0 and shown.stdout == start("run_case", "--version").stdout
+
+
+@pytest.mark.parametrize(
+    "value",
+    [
+        0.25, True, "a \"b\" \\ c", [1, 2.5], {"at": "0.9 s", "slower": [{"at": "2 s", "sound speed": "8 m/s"}]},
+        [{"material": "granite"}], [], {},
+    ],
+)  # fmt: skip
+def test_a_setting_is_written_as_toml_on_one_line(value):
+    text = runs.toml(value)
+    assert tomllib.loads(f"value = {text}") == {"value": value} and "\n" not in text
