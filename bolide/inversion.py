@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from bolide.runs import toml
 from matter.errors import InputError
 
 if TYPE_CHECKING:
@@ -95,6 +94,7 @@ def invert(
     Raises ``InputError``.
     """
     from pipeline.case import read as cases
+    from pipeline.case.overlay import toml
     from pipeline.inverse import emulator_file, inversion, result_files
 
     if (Path(case) / emulator_file.FILE).is_file():

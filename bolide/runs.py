@@ -261,6 +261,7 @@ def run(
     """
     if threads is not None and "numba" not in sys.modules:
         os.environ["NUMBA_NUM_THREADS"] = str(threads)
+    from pipeline.case.overlay import toml
     from pipeline.running import going_on, screen
     from pipeline.running.request import Request
     from pipeline.running.run import run as run_stages
@@ -279,15 +280,3 @@ def run(
     finally:
         display.close()
     return Run(outcome.run, outcome.unsound)
-
-
-def toml(value: Any) -> str:
-    """A value as TOML writes it on one line."""
-    import tomlkit
-
-    if isinstance(value, Mapping):
-        inside = ", ".join(f"{tomlkit.key(key).as_string()} = {toml(one)}" for key, one in value.items())
-        return f"{{ {inside} }}"
-    if isinstance(value, list | tuple):
-        return f"[{', '.join(map(toml, value))}]"
-    return tomlkit.item(value).as_string()

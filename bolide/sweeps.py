@@ -6,8 +6,6 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from bolide.runs import toml
-
 if TYPE_CHECKING:
     import pandas
 
@@ -41,6 +39,7 @@ def sweep(
     import pandas
 
     from pipeline.case import read as cases
+    from pipeline.case.overlay import toml
     from pipeline.sweeps import sweep as sweeps
     from pipeline.sweeps import sweep_run, sweep_table
 

@@ -4,7 +4,10 @@ tables."""
 from __future__ import annotations
 
 import copy
+from collections.abc import Mapping
 from typing import Any
+
+import tomlkit
 
 from matter.errors import InputError
 from matter.files import toml_input
@@ -19,6 +22,16 @@ def merged(base: dict[str, Any], over: dict[str, Any]) -> dict[str, Any]:
         both = isinstance(value, dict) and isinstance(result.get(key), dict)
         result[key] = merged(result[key], value) if both else copy.deepcopy(value)
     return result
+
+
+def toml(value: Any) -> str:
+    """A value as TOML writes it on one line."""
+    if isinstance(value, Mapping):
+        inside = ", ".join(f"{tomlkit.key(key).as_string()} = {toml(one)}" for key, one in value.items())
+        return f"{{ {inside} }}"
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(map(toml, value))}]"
+    return tomlkit.item(value).as_string()
 
 
 def parsed(assignment: str) -> tuple[KeyPath, Any]:

@@ -22,7 +22,7 @@ from matter.case.body import Model
 from matter.constants import G
 from matter.errors import InputError
 from matter.wording import readable
-from pipeline.case import experimental, sizes
+from pipeline.case import experimental, overlay, sizes
 from pipeline.case.complaints import Complaint
 from pipeline.settings import as_half_space
 
@@ -297,14 +297,9 @@ def _no_late_stage(sph: Any) -> Iterator[str]:
     materials = sph.chosen_materials()
     late = late_speeds.late_stage(sph.target, sph.impact, materials, sph.strength, sph.damage, sph.end_time)
     if late is not None and (fewer := cost_prediction.steps(sph.model_copy(update={"late": late}))[1]) < 0.3 * steps:
-        switches = f'at = "{late.at:g} s", sound_speed = "{late.sound_speed:g} m/s"'
-        slower = ", ".join(
-            f'{{ at = "{one.at:g} s", sound_speed = "{one.sound_speed:g} m/s" }}' for one in late.slower
-        )
         yield (
-            f"{steps:,.0f} steps at the speed of sound: a late stage would take {fewer:,.0f}, [sph.late] {switches}"
-            + (f", slower = [{slower}]" if slower else "")
-            + "; a case that leaves out end_time has it"
+            f"{steps:,.0f} steps at the speed of sound: a late stage would take {fewer:,.0f}, [sph] late = "
+            f"{overlay.toml(late_speeds.as_table(late))}; a case that leaves out end_time has it"
         )
 
 

@@ -49,7 +49,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-import tomlkit
 from pydantic import ValidationError
 
 from matter.case import quantity
@@ -151,7 +150,7 @@ class Member:
     @property
     def overrides(self) -> tuple[str, ...]:
         """Its values as texts of ``--set``."""
-        return tuple(f"{key}={json.dumps(value)}" for key, value in self.values.items())
+        return tuple(f"{key}={overlay.toml(value)}" for key, value in self.values.items())
 
 
 def members(table: SweepTable, folder: Path = Path()) -> list[Member]:
@@ -219,7 +218,7 @@ def _case_file(case: str, folder: Path) -> Path | None:
 
 def common(table: SweepTable) -> tuple[str, ...]:
     """What all members have in common, as texts of ``--set``."""
-    return tuple(f"{key}={tomlkit.item(value).as_string()}" for key, value in table.common.items())
+    return tuple(f"{key}={overlay.toml(value)}" for key, value in table.common.items())
 
 
 def planned_sweep(case: Case, table: SweepTable, out: Path, until: str | None = None) -> Sweep:

@@ -23,6 +23,7 @@ than a tenth of the run, which would save little.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from matter.case import formation_time
 from matter.case.body import Impact, Target
@@ -74,3 +75,13 @@ def late_stage(
     return late.Settings(
         at=at, sound_speed=c, slower=tuple(late.Slower(at=when, sound_speed=speed) for when, speed in slower)
     )
+
+
+def as_table(found: late.Settings) -> dict[str, Any]:
+    """The late stage as the table ``sph.late`` of a case file."""
+
+    def switch(at: float, speed: float) -> dict[str, Any]:
+        return {"at": f"{at:g} s", "sound_speed": f"{speed:g} m/s"}
+
+    slower = [switch(one.at, one.sound_speed) for one in found.slower]
+    return switch(found.at, found.sound_speed) | ({"slower": slower} if slower else {})

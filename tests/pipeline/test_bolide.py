@@ -12,10 +12,11 @@ import numpy as np
 import pytest
 
 import bolide
-from bolide import runs, values
+from bolide import values
 from crater.ground.radial_profile import Profile, write_csv
 from matter.files import snapshot
 from matter.particles import Particles
+from pipeline.case import overlay
 from pipeline.store import intact
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -245,5 +246,5 @@ def test_commands_by_the_module():
     ],
 )  # fmt: skip
 def test_a_setting_is_written_as_toml_on_one_line(value):
-    text = runs.toml(value)
+    text = overlay.toml(value)
     assert tomllib.loads(f"value = {text}") == {"value": value} and "\n" not in text
