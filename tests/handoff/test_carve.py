@@ -119,9 +119,9 @@ def test_domain_points_are_even_and_columns_cover_it():
 def test_flat_domains_are_the_beds_own_containers(shape):
     """What the bed stage records, read here: same volume, same distances from the walls, points of even density
     inside."""
-    from dem.beds.bed_domain import Container
+    from matter.geometry.ground_region import Upright
 
-    bed = Container(shape, 10.0, -10.0, 2.0)
+    bed = Upright(shape, 10.0, -10.0, 2.0)
     region = domain.read({"frame": "plane", "domain": bed.as_attribute()})
     assert region.volume == pytest.approx(bed.volume_between(-10.0, 2.0), rel=1e-12)
     points = region.even_points(np.random.default_rng(1).uniform(size=(20_000, 3)))

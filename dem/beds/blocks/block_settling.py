@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures, flat_settling
-from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.loose_packing import FEWEST, LooseBed, begins
 from matter.errors import InputError
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 
 HELD = ("pack", "grow")
@@ -26,14 +26,14 @@ HELD = ("pack", "grow")
 
 
 @dataclass(frozen=True)
-class LooseRoundBlocks(LooseBed[Container]):
+class LooseRoundBlocks(LooseBed[Upright]):
     """How a loose bed begins about ``blocks``, in the domain ``begun`` that is raised as without them."""
 
     blocks: BlockGrains
-    begun: Container
+    begun: Upright
 
     @staticmethod
-    def about(loose: LooseBed[Container], blocks: BlockGrains, radius: np.ndarray) -> LooseRoundBlocks:
+    def about(loose: LooseBed[Upright], blocks: BlockGrains, radius: np.ndarray) -> LooseRoundBlocks:
         """A loose bed of grains of these radii before any made room, with ``blocks``."""
         begun = loose.raised(radius)
         lifted = blocks.position.copy()
@@ -41,7 +41,7 @@ class LooseRoundBlocks(LooseBed[Container]):
         lifted[:, 2] = begun.floor + (lifted[:, 2] - begun.floor) * stretch
         return LooseRoundBlocks(loose.ground, loose.domain, loose.fraction, blocks._replace(position=lifted), begun)
 
-    def raised(self, radius: np.ndarray) -> Container:
+    def raised(self, radius: np.ndarray) -> Upright:
         """The domain in which the bed begins."""
         return self.begun
 
@@ -49,7 +49,7 @@ class LooseRoundBlocks(LooseBed[Container]):
         """Which of the grains (n,) lie between the blocks; the others make room for them."""
         return ~self.blocks.keeps_out(points, radius)
 
-    def growth(self, grains: Particles, raised: Container) -> np.ndarray:
+    def growth(self, grains: Particles, raised: Upright) -> np.ndarray:
         """Factors (n,) on the radii with which the bulk between the blocks is filled as it begins; 1 of blocks."""
         plain = grains.identity < len(grains) - len(self.blocks.number)
         x, r = grains.position, grains.radius
