@@ -21,7 +21,7 @@ from matter.case.body import Target
 from matter.constants import G
 from matter.errors import InputError
 from matter.points import packing
-from matter.points.region import Interior
+from matter.points.regions import Interior
 from matter.solids.distance import Distance, measured, sides
 from matter.solids.placed import Placed
 from matter.solids.solid import Solid

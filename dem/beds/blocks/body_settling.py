@@ -18,7 +18,7 @@ from dem.beds.solid_settling import SolidSettling
 from dem.contact.settings import Contact
 from matter.errors import InputError
 from matter.particles import Particles
-from matter.points.region import Interior
+from matter.points.regions import Interior
 
 SAMPLES = 200_000
 """Points by which the part of a body that blocks take is counted: to 0.1 % of it."""
