@@ -66,6 +66,16 @@ class BlockGrains(NamedTuple):
         return self.covers(points, ALONG * radius)
 
 
+def refuse_heavy(blocks: BlockGrains, whole: float, name: str) -> None:
+    """Raise ``InputError`` where the blocks leave too little of the mass ``whole`` [kg] of the ``name``."""
+    heavy = float(blocks.mass.sum())
+    if heavy > HEAVIEST * whole:
+        raise InputError(
+            f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the {name}'s {whole:.4g} kg for grains: "
+            "lower volume_fraction"
+        )
+
+
 def of_ground(blocks: Particles, digest: str, container: Upright, sizes: Grading) -> BlockGrains:
     """The blocks that are grains in this container, between grains of these sizes. Raises ``InputError`` where they
     find no room as spheres."""

@@ -17,7 +17,6 @@ from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.loose_packing import FEWEST, LooseBed, begins
-from matter.errors import InputError
 from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 
@@ -75,13 +74,7 @@ class BlockSettling(FlatSettling):
     ):
         self.blocks, self.first = loose.blocks, len(points)
         ground, container = loose.ground, loose.domain
-        heavy = float(self.blocks.mass.sum())
-        whole = bed_measures.ground_mass(ground, container)  # type: ignore[arg-type]
-        if heavy > block_grains.HEAVIEST * whole:
-            raise InputError(
-                f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the ground's {whole:.4g} kg for "
-                "grains: lower volume_fraction"
-            )
+        block_grains.refuse_heavy(self.blocks, bed_measures.ground_mass(ground, container), "ground")  # type: ignore[arg-type]
         super().__init__(points, radius, ground, container, contact, limit, False, speed, loose)  # type: ignore[arg-type]
 
     def mine(self, identity: np.ndarray) -> np.ndarray:

@@ -45,12 +45,7 @@ class BodyBlockSettling(SolidSettling):
         sinks: float, blocks: BlockGrains,
     ):  # fmt: skip
         self.blocks, self.first = blocks, len(points)
-        heavy = float(blocks.mass.sum())
-        if heavy > block_grains.HEAVIEST * body.mass:
-            raise InputError(
-                f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the body's {body.mass:.4g} kg for "
-                "grains: lower volume_fraction"
-            )
+        block_grains.refuse_heavy(blocks, body.mass, "body")
         super().__init__(points, radius, body, contact, limit, sinks)
 
     def initial_grains(self, points: np.ndarray, radius: np.ndarray) -> Particles:
