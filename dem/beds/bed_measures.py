@@ -162,9 +162,9 @@ def overlaps(bed: Assembly) -> dict[str, Any]:
 # -- flat ground
 
 
-def ground_mass(ground: FlatGround, container: Upright, points: int = 4001) -> float:
+def ground_mass(ground: FlatGround, container: Upright) -> float:
     """Mass [kg] of the undisturbed ground in the container below the datum (midpoint rule)."""
-    edges = np.linspace(container.floor, 0.0, points)
+    edges = np.linspace(container.floor, 0.0, 4001)
     middle = 0.5 * (edges[1:] + edges[:-1])
     return float(np.sum(ground.density(middle) * container.cross_section(middle) * np.diff(edges)))
 

@@ -246,7 +246,7 @@ class Collapse:
         self._write_history()
         self._snapshot("last", tables=True)
         times = {path.name: float(snapshot.read(path).attributes["time"]) for path in snapshot.series(self.out)}
-        snapshot.write_series(self.out, times, "snap")
+        snapshot.write_series(self.out, times)
         report = self._report() | ground_fraction.report(self.out, self.domain, self.carried)
         archive.write_json(self.out / "stage_report.json", report)
         # what another program has computed is not computed again from here

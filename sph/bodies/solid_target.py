@@ -134,7 +134,7 @@ def _companion(target: Target) -> dict[str, Any] | None:
     impact."""
     if (one := target.companion) is None:
         return None
-    position = target.placed.over_equator(0.0, one.distance)
+    position = target.placed.over_equator(one.distance)
     return {"mass_kg": one.mass, "place_m": position.tolist(), "axis": target.placed.spin_axis.tolist()}
 
 
