@@ -41,6 +41,11 @@ def foreign_rooms() -> list[str]:
     return sentences
 
 
+def script(function: Callable[..., Any]) -> Callable[[], NoReturn]:
+    """The console script of a command function."""
+    return functools.partial(start, function)
+
+
 def start(function: Callable[..., Any]) -> NoReturn:
     """Run one command function with the process's arguments and end with its exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):  # until a run can save something, to stop is simply to stop
@@ -51,7 +56,7 @@ def start(function: Callable[..., Any]) -> NoReturn:
         pretty_exceptions_enable=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]}
     )
     app.command()(_with_version(function))
-    app(prog_name=function.__name__.strip("_"))
+    app(prog_name=function.__name__)
     raise SystemExit(0)
 
 
