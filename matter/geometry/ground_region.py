@@ -152,7 +152,7 @@ class Cone(Region):
     floor_species: int = -1
 
     def as_attribute(self) -> dict[str, Any]:
-        return {**super().as_attribute(), "arc_radius_m": self.half_angle * self.datum}
+        return {**super().as_attribute(), "arc_radius_m": self.arc}
 
     def inset(self, by: float) -> Cone:
         """The same without a layer of this width [m] along floor, cone and top; the cone is narrower by the same angle
