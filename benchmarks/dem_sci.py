@@ -31,8 +31,8 @@ import numpy as np
 from scipy.spatial import cKDTree
 
 from dem import stage
+from dem.beds import bed_walls
 from dem.beds import stage as bed_stage
-from dem.beds.bed_domain import Container
 from dem.collapse import external
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
@@ -43,6 +43,7 @@ from dem.stiffness.stiffening import springs_for
 from matter.case.body import Impact, Target
 from matter.errors import Stopped
 from matter.files import snapshot
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 
 BOWL, GRAVITY, DENSITY, SPEED = 22.0, 1.2e-4, 1190.0, 1.0
@@ -154,9 +155,11 @@ def at(run: Path, moment: float) -> Particles:
     return grains.select(keep)
 
 
-def liggghts_rate(grains: Particles, box: Container, dt: float, skin: float, ranks: int) -> float:
+def liggghts_rate(grains: Particles, box: Upright, dt: float, skin: float, ranks: int) -> float:
     """Steps per second of LIGGGHTS on these grains, by its own clock."""
-    scene = Scene(grains, CONTACT, box.walls()[:1], Field.constant((0.0, 0.0, -GRAVITY)), dt, 1.1 * BOWL, skin=skin)
+    scene = Scene(
+        grains, CONTACT, bed_walls.walls(box)[:1], Field.constant((0.0, 0.0, -GRAVITY)), dt, 1.1 * BOWL, skin=skin
+    )
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder)
         external.ENGINES["liggghts"].write(scene, Plan(WARM + STEPS, STEPS, dumps=False, settle=WARM), path, "in.deck")
@@ -166,9 +169,11 @@ def liggghts_rate(grains: Particles, box: Container, dt: float, skin: float, ran
     return STEPS / float(seconds[-1])
 
 
-def native_rate(grains: Particles, box: Container, threads: int) -> float:
+def native_rate(grains: Particles, box: Upright, threads: int) -> float:
     """Steps per second of the native engine on the same grains, fixed stiffness."""
-    bed = Assembly(grains, CONTACT, box.walls(), Field.constant((0.0, 0.0, -GRAVITY)), threads=threads, skin=0.3)
+    bed = Assembly(
+        grains, CONTACT, bed_walls.walls(box), Field.constant((0.0, 0.0, -GRAVITY)), threads=threads, skin=0.3
+    )
     for _ in range(WARM):
         bed.step()
     begin = time.perf_counter()
@@ -180,7 +185,7 @@ def native_rate(grains: Particles, box: Container, threads: int) -> float:
 def rates(run: Path, ranks: int) -> dict:
     """Both engines at the four times; the hours of a whole run at fixed stiffness, and what the native run took."""
     start = snapshot.read(run / "4_handoff" / "start.vtkhdf")
-    box = Container.of_attribute(start.attributes["domain"])
+    box = Upright.of_attribute(start.attributes["domain"])
     start["stiffness"] = start.stiffness * springs_for(SPEED, start, CONTACT, sphere=False).factor
     stiff, dt = float(start.stiffness.mean()), CONTACT.time_step(start)
     report = json.loads((run / "5_dem" / "stage_report.json").read_text())

@@ -56,7 +56,7 @@ class Published(Model):
     quantity: Literal[(*COMPARED, TIME)]  # type: ignore[valid-type]
     """Which measure, named as in ``measures.json``."""
     of: Literal["transient", "final"] = "transient"
-    """Of which crater; the transient one is that at the first maximum of its depth."""
+    """Which crater it describes; the transient one is taken at the first maximum of its depth."""
     value: str
     """With unit, ``"980 km"``."""
     plus: str
@@ -66,7 +66,7 @@ class Published(Model):
     source: str
     """The publication."""
     note: Annotated[str, NotIdentity()] = ""
-    """A remark that stands beside the number."""
+    """A remark shown next to the number."""
 
     @field_validator("value", "plus", "minus")
     @classmethod
@@ -85,8 +85,8 @@ class Settings(Model):
     reference: tuple[Published, ...] = ()
     """Published numbers of the case with their errors."""
     escape_speed: Annotated[Speed, Field(ge=0)] = 0.0
-    """Flat ground: what rises faster than this leaves the body that the ground stands for; 0 (not known): nothing is
-    said of escape, nor of beta."""
+    """Flat ground: what rises faster than this escapes from the body that the ground represents. 0 means not known:
+    the page then reports neither escape nor beta."""
     ground: Literal["fluid", "rock", "sand"] = "fluid"
     """Kind of ground whose scaling laws the crater is compared with; ``fluid`` for weak ground without friction."""
     chain: ChainError | None = None

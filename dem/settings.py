@@ -60,17 +60,17 @@ class Settings(Model):
     step_factor: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
     """Multiplies the time step (a sensitivity test halves it)."""
     engine: Literal["native", "lammps", "liggghts"] = "native"
-    """Who does the stepping: this project, or a program that is installed beside it."""
+    """Program that computes the collapse: bolide itself, or another that is installed."""
     ranks: Annotated[int, Field(ge=1, le=4096), NotIdentity()] = 1
     """MPI processes of another engine."""
     accept: tuple[Deviation, ...] = ()
     """Deviations that another engine may make, by name (``dem.engines.deviations``); each is refused otherwise."""
 
     springs_for: PositiveSpeed | Literal["auto", "bed"] = "auto"
-    """Closing speed that the springs of the start are for, at x_max overlap: the bed settles in soft springs for its
-    weight, and its contacts keep their forces when k_n is raised (``dem.stiffness.stiffening``). ``auto``: the fastest
-    approach handed over, but for a sphere so large that its grains have their solid's springs as ``bed``: the bed's
-    own."""
+    """Closing speed at which the springs of the start reach an overlap of x_max. The bed settles with soft springs
+    that bear its weight; its contacts keep their forces when k_n is raised (``dem.stiffness.stiffening``). ``auto``:
+    the fastest approach handed over, or ``bed`` for a sphere so large that its grains have the springs of their
+    solid. ``bed``: keep the springs of the bed."""
     stiffness: Literal["fixed", "following"] = "fixed"
     """``following``: k_n falls with the speed of the contacts, and the step grows; see ``dem.stiffness.following``."""
 

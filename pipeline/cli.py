@@ -10,11 +10,14 @@ from typing import Annotated
 
 import typer
 
-from pipeline.commands import command, run_command
-from pipeline.commands.command import guarded, point, quantity, watched
+from pipeline.commands import run_command
+from pipeline.commands.command import guarded, point, quantity, script, watched
+
+run_case = script(run_command.run_case)
 
 
-def _inspect_handoff(
+@script
+def inspect_handoff(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="A run folder.")],
     pictures: Annotated[
         bool, typer.Option("--pictures/--no-pictures", help="Draw the pictures of the report.")
@@ -70,7 +73,8 @@ def _inspect_handoff(
     guarded(action)
 
 
-def _compare_profiles(
+@script
+def compare_profiles(
     items: Annotated[
         list[str], typer.Argument(metavar="A B [C ...]", help="Run folders, profile.csv files, observed names.")
     ],
@@ -97,7 +101,8 @@ def _compare_profiles(
     guarded(action)
 
 
-def _measure_crater(
+@script
+def measure_crater(
     snapshot: Annotated[Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot of SPH particles or grains.")],
     datum: Annotated[str | None, typer.Option(help="plane or sphere (default: what the snapshot says).")] = None,
     datum_radius: Annotated[
@@ -124,7 +129,8 @@ def _measure_crater(
     guarded(action)
 
 
-def _impact_census(
+@script
+def impact_census(
     target: Annotated[str, typer.Option(help="The body that is hit.")] = "callisto",
     population: Annotated[str, typer.Option(help="literal, corrected, isotropic, or a file.")] = "literal",
     integrator: Annotated[str, typer.Option(help="rkck, fast or tube.")] = "fast",
@@ -142,7 +148,8 @@ def _impact_census(
     guarded(action)
 
 
-def _fly_ejecta(
+@script
+def fly_ejecta(
     ejecta: Annotated[Path, typer.Argument(metavar="EJECTA", help="6_crater/ejecta.h5 of a run, or the run folder.")],
     body: Annotated[
         str | None,
@@ -174,7 +181,8 @@ def _fly_ejecta(
     guarded(action)
 
 
-def _import_snapshot(
+@script
+def import_snapshot(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="Another code's output.")],
     out: Annotated[Path, typer.Option(help="The snapshot to write (.vtkhdf).")],
     form: Annotated[
@@ -219,7 +227,8 @@ def _import_snapshot(
     guarded(action)
 
 
-def _export_snapshot(
+@script
+def export_snapshot(
     snapshot: Annotated[
         Path, typer.Argument(metavar="SNAPSHOT", help="A snapshot, or any file that import_snapshot reads.")
     ],
@@ -248,43 +257,3 @@ def _export_snapshot(
         return 0
 
     guarded(action)
-
-
-def run_case() -> None:
-    """Console script."""
-    command.start(run_command.run_case)
-
-
-def inspect_handoff() -> None:
-    """Console script."""
-    command.start(_inspect_handoff)
-
-
-def compare_profiles() -> None:
-    """Console script."""
-    command.start(_compare_profiles)
-
-
-def measure_crater() -> None:
-    """Console script."""
-    command.start(_measure_crater)
-
-
-def impact_census() -> None:
-    """Console script."""
-    command.start(_impact_census)
-
-
-def fly_ejecta() -> None:
-    """Console script."""
-    command.start(_fly_ejecta)
-
-
-def import_snapshot() -> None:
-    """Console script."""
-    command.start(_import_snapshot)
-
-
-def export_snapshot() -> None:
-    """Console script."""
-    command.start(_export_snapshot)

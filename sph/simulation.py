@@ -360,7 +360,7 @@ class Simulation:
             snapshot.write(self.particles(), self.out / name)
             self.times[name] = i.time
             self._note_flow()
-            snapshot.write_series(self.out, self.times, "snap")
+            snapshot.write_series(self.out, self.times)
 
     def particles(self) -> Particles:
         """The cloud as a snapshot, in order of identity."""

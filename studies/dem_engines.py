@@ -26,12 +26,12 @@ def carve(run: Path, out: Path) -> None:
     """Write ``out`` as a run folder whose handoff is the carved bed."""
     import numpy as np
 
-    from dem.beds.bed_domain import Cap
     from matter.files import snapshot
+    from matter.geometry.ground_region import Cone
     from matter.particles import Particles
 
     bed = snapshot.read(run / "3_bed" / "bed.vtkhdf")
-    domain = Cap.of_attribute(bed.attributes["domain"])
+    domain = Cone.of_attribute(bed.attributes["domain"])
     distance = np.linalg.norm(bed.position, axis=1)
     arc = domain.datum * domain.polar_angle(bed.position)
     height = distance - domain.datum
@@ -56,11 +56,11 @@ def profile(folder: Path, width: float):
     radius."""
     import numpy as np
 
-    from dem.beds.bed_domain import Cap
     from matter.files import snapshot
+    from matter.geometry.ground_region import Cone
 
     last = snapshot.read(folder / "last.vtkhdf")
-    domain = Cap.of_attribute(last.attributes["domain"])
+    domain = Cone.of_attribute(last.attributes["domain"])
     x = last.position[last["state"] == 0]
     top = np.linalg.norm(x, axis=1) + last.radius[last["state"] == 0] - domain.datum
     radius = float(last.radius.mean())

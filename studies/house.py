@@ -7,8 +7,7 @@ A checkout is a folder that holds the rooms (``git worktree add ../before 159072
 ``--lines`` lists what was counted. Everything is read from the syntax trees of the files in the rooms; nothing is
 imported, so that any commit can be counted. What is counted:
 
-arguments    functions with more than 10 parameters (``self`` among them). Functions whose parameters are the options
-             of a command (``typer``, or a module ``options``) are counted apart: the command line declares them.
+arguments    functions with more than 10 parameters (``self`` among them).
 lines        functions of more than 60 and 100 lines, with their docstrings; a function inside another counts for both.
 flat         files that lie in a room and in none of its folders, ``__init__`` apart.
 floors       of a room: the longest chain of its folders and flat files in which each imports the next.
@@ -17,7 +16,7 @@ names        names of modules that more than one file has, ``__init__`` and ``__
 lines        of Python in the rooms, in kilolines.
 tags         texts of Python that hold a tag of HTML.
 wide lines   lines of 120 characters or more in any of these files, and in the tests.
-circles      sets of modules that reach each other by imports (Tarjan's strong components), those inside functions and
+circles      sets of modules that reach each other by imports (strong components), those inside functions and
              under ``TYPE_CHECKING`` included.
 raw columns  lines with a number above 2 as last index, ``V[:, 7]``, ``report[4]``, ``row[4:7]``: 0, 1, 2 are the
              coordinates of a vector. Components of symmetric tensors (3, 4, 5) are among them, and so are shown beside
@@ -43,7 +42,7 @@ import tokenize
 from collections import Counter, defaultdict
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 ROOMS = ("matter", "nbody", "sph", "handoff", "dem", "crater", "pipeline")
 AROUND = ("bolide", "fixtures", "studies", "benchmarks", "examples", "docs")
@@ -62,18 +61,6 @@ PLACES = {
 """Per kind: the law that stands for it, and its own file. A measure has none of its own; where it is formed counts as
 a place."""
 
-SAY_NO_RESULT = frozenset(("of", "draw", "lines", "points", "kept"))
-"""Names that say nothing of what a function returns."""
-BANNED = frozenset(
-    """
-    place places share shares apart lean standing anew make_anew to_make_anew heads
-    thin thinned warmth youth push soften softened Soft hold Surroundings
-    meeting held_pull pull_held pull_of_all laid spilt Spill Lie departures parted gone flown
-    loosened laying Unrolled unrolled deciding Foot wells strangers Lot lot Sky places_of places_before tells_datum
-    """.split()
-)
-"""Words that are no terms of the field: for position, folder or index, fraction, distance; of sph, of dem, and of the
-other rooms."""
 TAG = re.compile(
     r"<!doctype|</?(?:a|b|body|br|button|canvas|code|div|em|fig\w+|h[1-6r]|head|html|i|img|input|label|li|link|meta|ol"
     r"|option|p|pre|script|section|select|small|span|strong|style|su[bp]|svg|t[dhr]|table|tbody|thead|title|ul)[\s>/]"
@@ -82,11 +69,6 @@ TAG = re.compile(
 )
 GRAIN_TABLES = frozenset("XVWAFE")
 """Attributes of a list of grains: tables whose columns are named in ``dem/contact/columns.py``."""
-KEYS_OF_CASES = {
-    "share": ("matter/case/body.py", "sph/bodies/projectile.py"),
-    "loosened": ("handoff/source/cloud_surface.py", "handoff/transfer/ejecta.py", "handoff/transfer/transfer.py"),
-}
-"""Keys of cases among them, and the files that read them."""
 
 
 class House(NamedTuple):
@@ -95,51 +77,45 @@ class House(NamedTuple):
     files: dict[str, tuple[str, ast.Module]]
 
     @classmethod
-    def read(cls, root: Path) -> House:
-        """Every Python file in the rooms of the checkout ``root``."""
-        paths = sorted(path for room in ROOMS for path in (root / room).rglob("*.py"))
-        if not paths:
+    def read(cls, root: Path, folders: tuple[str, ...] = ROOMS) -> House:
+        """Every Python file in these folders of the checkout ``root``."""
+        texts = sources(root, folders)
+        if not texts:
             raise SystemExit(f"{root} holds none of the rooms {', '.join(ROOMS)}")
-        texts = {path.relative_to(root).as_posix(): path.read_text() for path in paths}
         return cls({name: (text, ast.parse(text)) for name, text in texts.items()})
 
-    def functions(self) -> Iterator[tuple[str, ast.FunctionDef | ast.AsyncFunctionDef]]:
-        """Every function with its file."""
+    def nodes(self, *kinds: type[ast.AST], room: str = "") -> Iterator[tuple[str, Any]]:
+        """Every node of the trees with its file: of these kinds, in this room, if any are named."""
         for name, (_, tree) in self.files.items():
-            for node in ast.walk(tree):
-                if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-                    yield name, node
+            if name.startswith(room):
+                yield from ((name, node) for node in ast.walk(tree) if not kinds or isinstance(node, kinds))
+
+    def functions(self) -> Iterator[tuple[str, Any]]:
+        """Every function with its file."""
+        return self.nodes(ast.FunctionDef, ast.AsyncFunctionDef)
 
 
-def arguments(house: House) -> tuple[list[str], list[str]]:
-    """Functions with too many parameters, most first: all but those of the command line, and those."""
-    found: tuple[list[tuple[int, str]], list[tuple[int, str]]] = ([], [])
-    for name, node in house.functions():
-        taken = [*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]
-        if len(taken) > MOST_ARGUMENTS:
-            options = sum(
-                "typer" in ast.dump(part) or "id='options'" in ast.dump(part)
-                for part in [*node.args.defaults, *[a.annotation for a in taken if a.annotation]]
-            )
-            declared = 2 * options > len(taken) or any("command" in ast.dump(part) for part in node.decorator_list)
-            found[declared].append((len(taken), f"{len(taken)} {name}:{node.lineno} {node.name}"))
-    free, declared_by_typer = ([text for _, text in sorted(part, key=lambda row: -row[0])] for part in found)
-    return free, declared_by_typer
+def sources(root: Path, folders: tuple[str, ...]) -> dict[str, str]:
+    """The text of every Python file in these folders of the checkout ``root``, by path from there."""
+    paths = sorted(path for folder in folders for path in (root / folder).rglob("*.py"))
+    return {path.relative_to(root).as_posix(): path.read_text() for path in paths}
+
+
+def arguments(house: House) -> list[str]:
+    """Functions with too many parameters, most first."""
+    found = [
+        (len([*node.args.posonlyargs, *node.args.args, *node.args.kwonlyargs]), f"{name}:{node.lineno} {node.name}")
+        for name, node in house.functions()
+    ]
+    return [f"{count} {where}" for count, where in sorted(found, reverse=True) if count > MOST_ARGUMENTS]
 
 
 def long_functions(house: House, most: int) -> list[str]:
     """Functions of more than ``most`` lines, longest first."""
     found = [
-        ((node.end_lineno or 0) - node.lineno + 1, f"{name}:{node.lineno} {node.name}")
-        for name, node in house.functions()
+        (node.end_lineno - node.lineno + 1, f"{name}:{node.lineno} {node.name}") for name, node in house.functions()
     ]
     return [f"{lines} {where}" for lines, where in sorted(found, reverse=True) if lines > most]
-
-
-def sources(root: Path, folders: tuple[str, ...]) -> dict[str, list[str]]:
-    """The lines of every Python file in these folders of the checkout ``root``, by path from there."""
-    paths = sorted(path for folder in folders for path in (root / folder).rglob("*.py"))
-    return {path.relative_to(root).as_posix(): path.read_text().splitlines() for path in paths}
 
 
 def wide_lines(root: Path) -> list[str]:
@@ -148,7 +124,7 @@ def wide_lines(root: Path) -> list[str]:
     return [
         f"{name}:{number} ({len(line)})"
         for name, lines in sources(root, (*ROOMS, *AROUND, "tests")).items()
-        for number, line in enumerate(lines, 1)
+        for number, line in enumerate(lines.splitlines(), 1)
         if len(said.sub("", line)) > WIDEST_LINE
     ]
 
@@ -156,30 +132,14 @@ def wide_lines(root: Path) -> list[str]:
 def tags_in_python(root: Path) -> list[str]:
     """``file:line`` of texts in the rooms, docstrings apart, that hold a tag or an entity of HTML: those stand in
     templates."""
-    found = []
-    for path in sorted(path for room in (*ROOMS, "bolide") for path in (root / room).rglob("*.py")):
-        nodes = list(ast.walk(ast.parse(path.read_text())))
-        said = {id(node.value) for node in nodes if isinstance(node, ast.Expr)}
-        for node in nodes:
-            if isinstance(node, ast.Constant) and isinstance(node.value, str) and id(node) not in said:
-                found += [(path.relative_to(root).as_posix(), node.lineno)] if TAG.search(node.value) else []
+    house = House.read(root, (*ROOMS, "bolide"))
+    said = {id(node.value) for _, node in house.nodes(ast.Expr)}
+    found = [
+        (name, node.lineno)
+        for name, node in house.nodes(ast.Constant)
+        if isinstance(node.value, str) and id(node) not in said and TAG.search(node.value)
+    ]
     return [f"{name}:{line}" for name, line in sorted(found)]
-
-
-def banned_names(root: Path) -> list[str]:
-    """``file:line name`` of functions called as in ``SAY_NO_RESULT``, and of names in ``BANNED``, in the rooms and
-    around them; modules among these names."""
-    found = []
-    for path in sorted(path for room in (*ROOMS, *AROUND) for path in (root / room).rglob("*.py")):
-        name = path.relative_to(root).as_posix()
-        for node in ast.walk(ast.parse(path.read_text())):
-            said = {str(getattr(node, key, "")) for key in ("id", "arg", "attr", "name")} & BANNED
-            said = {word for word in said if name not in KEYS_OF_CASES.get(word, ())}
-            if isinstance(node, ast.FunctionDef):
-                said |= {node.name} & SAY_NO_RESULT
-            found += [f"{name}:{getattr(node, 'lineno', 0)} {word}" for word in sorted(said)]
-        found += [f"{name}: {path.stem}"] if path.stem in BANNED else []
-    return found
 
 
 def flat_files(root: Path) -> dict[str, list[str]]:
@@ -213,12 +173,7 @@ def floors(house: House, room: str) -> list[str]:
 
 def keys(house: House) -> list[str]:
     """``file:line class.key`` of each key that a case file may set."""
-    classes = [
-        (name, node)
-        for name, (_, tree) in house.files.items()
-        for node in ast.walk(tree)
-        if isinstance(node, ast.ClassDef)
-    ]
+    classes = list(house.nodes(ast.ClassDef))
     bases = {id(node): {ast.unparse(base).rpartition(".")[2] for base in node.bases} for _, node in classes}
     models, known = {"Model"}, 0
     while len(models) > known:
@@ -239,51 +194,38 @@ def shared_names(root: Path) -> list[str]:
     return [f"{count} {name}" for name, count in names.most_common() if count > 1 and not name.startswith("__")]
 
 
+def module_of(name: str) -> str:
+    """The module of a file."""
+    return name.removesuffix(".py").removesuffix("/__init__").replace("/", ".")
+
+
 def imports(house: House) -> dict[str, set[str]]:
     """The modules that each module names in an import, wherever in the file it stands."""
-    modules = {name.removesuffix(".py").removesuffix("/__init__").replace("/", "."): name for name in house.files}
+    modules = {module_of(name) for name in house.files}
     edges: dict[str, set[str]] = defaultdict(set)
-    for module, name in modules.items():
-        for node in ast.walk(house.files[name][1]):
-            if isinstance(node, ast.ImportFrom):
-                wanted = [
-                    next((t for t in (f"{node.module}.{alias.name}", node.module) if t in modules), "")
-                    for alias in node.names
-                ]
-            elif isinstance(node, ast.Import):
-                wanted = [alias.name for alias in node.names]
-            else:
-                continue
-            edges[module] |= {other for other in wanted if other in modules and other != module}
+    for name, node in house.nodes(ast.ImportFrom, ast.Import):
+        module = module_of(name)
+        wanted = [alias.name for alias in node.names]
+        if isinstance(node, ast.ImportFrom):
+            wanted = [
+                next((t for t in (f"{node.module}.{alias}", node.module) if t in modules), "") for alias in wanted
+            ]
+        edges[module] |= {other for other in wanted if other in modules and other != module}
     return edges
 
 
 def circles(edges: dict[str, set[str]]) -> list[str]:
-    """Strong components of more than one module (Tarjan 1972)."""
-    number: dict[str, int] = {}
-    low: dict[str, int] = {}
-    stack: list[str] = []
-    found: list[str] = []
+    """Strong components of more than one module."""
+    from scipy.sparse import lil_array
+    from scipy.sparse.csgraph import connected_components
 
-    def visit(module: str) -> None:
-        number[module] = low[module] = len(number)
-        stack.append(module)
-        for other in sorted(edges.get(module, ())):
-            if other not in number:
-                visit(other)
-                low[module] = min(low[module], low[other])
-            elif other in stack:
-                low[module] = min(low[module], number[other])
-        if low[module] == number[module]:
-            ring = stack[stack.index(module) :]
-            del stack[stack.index(module) :]
-            if len(ring) > 1:
-                found.append(", ".join(sorted(ring)))
-
-    for module in sorted(edges):
-        if module not in number:
-            visit(module)
-    return sorted(found)
+    modules = sorted(set(edges).union(*edges.values()))
+    graph = lil_array((len(modules), len(modules)), dtype=bool)
+    for module, others in edges.items():
+        graph[modules.index(module), [modules.index(other) for other in others]] = True
+    count, labels = connected_components(graph, connection="strong") if modules else (0, [])
+    rings = [[module for module, label in zip(modules, labels) if label == one] for one in range(count)]
+    return sorted(", ".join(ring) for ring in rings if len(ring) > 1)
 
 
 def _literal(node: ast.expr | None) -> int:
@@ -294,20 +236,13 @@ def _literal(node: ast.expr | None) -> int:
 def raw_columns(house: House, room: str, above: int = LAST_COORDINATE) -> list[str]:
     """Lines of a room that take a column by a number greater than ``above``."""
     found = set()
-    for name, (_, tree) in house.files.items():
-        if not name.startswith(f"{room}/"):
-            continue
-        for node in ast.walk(tree):
-            if not isinstance(node, ast.Subscript):
-                continue
-            last = node.slice.elts[-1] if isinstance(node.slice, ast.Tuple) and node.slice.elts else node.slice
-            # the bounds of a slice lie one behind the last column that it takes
-            number = (
-                max(_literal(last.lower), _literal(last.upper) - 1) if isinstance(last, ast.Slice) else _literal(last)
-            )
-            first_part = isinstance(node.slice, ast.Slice) and node.slice.lower is None
-            if number > above and not first_part:
-                found.add((name, node.lineno))
+    for name, node in house.nodes(ast.Subscript, room=f"{room}/"):
+        last = node.slice.elts[-1] if isinstance(node.slice, ast.Tuple) and node.slice.elts else node.slice
+        # the bounds of a slice lie one behind the last column that it takes
+        number = max(_literal(last.lower), _literal(last.upper) - 1) if isinstance(last, ast.Slice) else _literal(last)
+        first_part = isinstance(node.slice, ast.Slice) and node.slice.lower is None
+        if number > above and not first_part:
+            found.add((name, node.lineno))
     return [f"{name}:{line}" for name, line in sorted(found)]
 
 
@@ -315,74 +250,13 @@ def raw_tables(root: Path) -> list[str]:
     """``file:line`` where a column of a table of grains (``GRAIN_TABLES``, an attribute) is taken by a number, in the
     rooms and around them."""
     found = set()
-    for path in sorted(path for room in (*ROOMS, *AROUND) for path in (root / room).rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text())):
-            if (
-                isinstance(node, ast.Subscript)
-                and isinstance(node.value, ast.Attribute)
-                and node.value.attr in GRAIN_TABLES
-                and isinstance(node.slice, ast.Tuple)
-            ):
-                last = node.slice.elts[-1]
-                ends = [last.lower, last.upper] if isinstance(last, ast.Slice) else [last]
-                found |= {(path.relative_to(root).as_posix(), node.lineno) for end in ends if _literal(end) >= 0}
+    for name, node in House.read(root, (*ROOMS, *AROUND)).nodes(ast.Subscript):
+        table = node.value.attr if isinstance(node.value, ast.Attribute) else ""
+        if table in GRAIN_TABLES and isinstance(node.slice, ast.Tuple):
+            last = node.slice.elts[-1]
+            ends = [last.lower, last.upper] if isinstance(last, ast.Slice) else [last]
+            found |= {(name, node.lineno) for end in ends if _literal(end) >= 0}
     return [f"{name}:{line}" for name, line in sorted(found)]
-
-
-def _asserts(node: ast.AST) -> bool:
-    """Whether a node states something that may fail a test: ``assert``, ``pytest.raises``, ``warns`` or ``fail``, or a
-    call whose name begins with ``assert``."""
-    if isinstance(node, ast.Assert):
-        return True
-    called = node.func if isinstance(node, ast.Call) else None
-    name = called.attr if isinstance(called, ast.Attribute) else called.id if isinstance(called, ast.Name) else ""
-    return name.startswith("assert") or (
-        isinstance(called, ast.Attribute)
-        and name in ("raises", "warns", "fail")
-        and ast.unparse(called.value) == "pytest"
-    )
-
-
-def tests_without_assertion(root: Path) -> list[str]:
-    """``file:line name`` of tests that state nothing, neither themselves nor in a function of the tests or of the
-    fixtures that they call, in the same file or by an import from ``tests`` or ``fixtures``."""
-    trees = {
-        ".".join(path.relative_to(root).with_suffix("").parts): ast.parse(path.read_text())
-        for room in ("tests", "fixtures")
-        for path in sorted((root / room).rglob("*.py"))
-    }
-    known: dict[str, dict[str, tuple[str, str]]] = {}
-    functions: dict[tuple[str, str], ast.AST] = {}
-    for module, tree in trees.items():
-        names = known[module] = {}
-        for node in ast.walk(tree):
-            if isinstance(node, ast.FunctionDef):
-                functions[module, node.name], names[node.name] = node, (module, node.name)
-            elif isinstance(node, ast.ImportFrom):
-                for alias in node.names:
-                    names[alias.asname or alias.name] = (node.module or "", alias.name)
-    said: dict[tuple[str, str], bool] = {}
-
-    def states(key: tuple[str, str]) -> bool:
-        if key not in said and key in functions:
-            said[key] = False  # a circle of calls states nothing
-            said[key] = any(
-                _asserts(node) or (isinstance(node, ast.Call) and states(called(key[0], node.func)))
-                for node in ast.walk(functions[key])
-            )
-        return said.get(key, False)
-
-    def called(module: str, function: ast.expr) -> tuple[str, str]:
-        if isinstance(function, ast.Attribute):
-            package, name = known[module].get(ast.unparse(function.value), ("", ""))
-            return f"{package}.{name}", function.attr
-        return known[module].get(function.id, ("", "")) if isinstance(function, ast.Name) else ("", "")
-
-    return sorted(
-        f"{module.replace('.', '/')}.py:{getattr(node, 'lineno', 0)} {name}"
-        for (module, name), node in functions.items()
-        if name.startswith("test_") and module.startswith("tests.") and not states((module, name))
-    )
 
 
 def law_mentions(house: House, law: str, own: str) -> list[str]:
@@ -422,17 +296,16 @@ def numpy_in_laws(house: House) -> list[str]:
 def count(root: Path) -> dict[str, list[str]]:
     """Rows of the table for the checkout ``root``: what was counted, each with the places where it is."""
     house = House.read(root)
-    free, declared = arguments(house)
     rows = {
-        f"functions of more than {MOST_ARGUMENTS} parameters": free,
-        "  more, declared by the command line": declared,
+        f"functions of more than {MOST_ARGUMENTS} parameters": arguments(house),
         f"functions of more than {LONG} lines": long_functions(house, LONG),
         f"functions of more than {VERY_LONG} lines": long_functions(house, VERY_LONG),
         "files flat in a room": [f"{room}/{name}" for room, names in flat_files(root).items() for name in names],
         "names that more than one module has": shared_names(root),
         **{f"floors of {room}": floors(house, room) for room in ROOMS},
         "keys of case files": keys(house),
-        "lines of Python in the rooms / 1000": ["x"] * (sum(map(len, sources(root, ROOMS).values())) // 1000),
+        "lines of Python in the rooms / 1000": ["x"]
+        * (sum(len(text.splitlines()) for text, _ in house.files.values()) // 1000),
         f"lines of more than {WIDEST_LINE} characters": wide_lines(root),
         "tags of HTML in Python": tags_in_python(root),
         "circles of imports": circles(imports(house)),

@@ -7,7 +7,6 @@ browser (``crater.drawing.turning_view``).
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -60,12 +59,6 @@ def data(stage: BodyStage, chart: HeightMap) -> dict[str, Any]:
         "site": (np.array([0.0, 0.0, stage.compared.shape.placed.height]) @ turn / half).tolist(),
         "colours": {"change": turning_view.colours("RdBu_r"), "anew": turning_view.colours("YlOrBr")},
     }  # fmt: skip
-
-
-def corners(content: Mapping[str, Any], which: str) -> np.ndarray:
-    """The corners (n, 3) [m] ``before`` or ``after``, as the viewer decodes them."""
-    counts = np.frombuffer(base64.b64decode(content[which]), dtype="<i2").reshape(-1, 3)
-    return counts * (float(content["half"]) / _STEPS)
 
 
 def html(content: Mapping[str, Any], title: str) -> str:

@@ -131,7 +131,7 @@ class _Fits(NamedTuple):
     widens: np.ndarray
 
 
-_RCOND = 1e-13
+_RCOND, _TURNS = 1e-13, 12
 
 
 def _not_negative(normal: np.ndarray, right: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray]:
@@ -148,13 +148,13 @@ def _not_negative(normal: np.ndarray, right: np.ndarray, n: int) -> tuple[np.nda
         keep[wrong, np.argmin(negative[wrong], axis=1)] = False
 
 
-def _robust(datum: np.ndarray, falls: np.ndarray, cells: _Ground, turns: int = 12) -> _Fits:
+def _robust(datum: np.ndarray, falls: np.ndarray, cells: _Ground) -> _Fits:
     """Least squares of the columns of ``datum`` (c, n) and, with coefficients that are not negative, of ``falls``
     (f, c, m), a fit for each; soft_l1 loss beyond ``scale`` by reweighting."""
     n = datum.shape[1]
     basis = np.concatenate([np.broadcast_to(datum, (len(falls), *datum.shape)), falls], axis=2)
     k = np.broadcast_to(cells.w**2, basis.shape[:2])
-    for _ in range(turns):
+    for _ in range(_TURNS):
         weighted = np.swapaxes(basis * k[:, :, None], 1, 2)
         coefficients, inverse = _not_negative(weighted @ basis, weighted @ cells.h, n)
         left = cells.h - np.einsum("fcb,fb->fc", basis, coefficients)

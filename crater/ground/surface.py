@@ -294,10 +294,10 @@ def column_points(datum: Datum, distance: np.ndarray, azimuth: np.ndarray) -> np
     return datum.outside(local)
 
 
-def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int, methods: str = "four") -> Undisturbed:
+def undisturbed(cloud: Cloud, datum: Datum, reach: float, sectors: int) -> Undisturbed:
     """Measure the ground before the impact; gaps take the median."""
     columns = make_columns(cloud, datum, reach, sectors)
-    heights = measure_heights(cloud, datum, columns, methods)
+    heights = measure_heights(cloud, datum, columns, "four")
     ring = columns.ring
     sector = (columns.azimuth / (2.0 * np.pi) * sectors).astype(int) % sectors
     excess = {"colour": heights.colour, "highest": heights.highest}

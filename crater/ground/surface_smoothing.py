@@ -63,16 +63,10 @@ def matrix(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
     return result
 
 
-def inverse(s: np.ndarray, spacing: np.ndarray, turns: int = 2) -> np.ndarray:
-    """First ``turns`` terms of the Neumann series of the inverse map (van Cittert): I + (I - K) + ...; shape (n,
-    n)."""
+def inverse(s: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+    """First two terms of the Neumann series of the inverse map (van Cittert): I + (I - K); shape (n, n)."""
     identity = np.eye(len(s))
-    lost = identity - matrix(s, spacing)
-    result, term = identity.copy(), identity
-    for _ in range(turns - 1):
-        term = term @ lost
-        result = result + term
-    return result
+    return identity + (identity - matrix(s, spacing))
 
 
 def sharpened(s: np.ndarray, spacing: np.ndarray, h: np.ndarray, undo: np.ndarray | None = None) -> np.ndarray:

@@ -7,7 +7,6 @@ The numbers go into the page as a few arrays of bytes (some 60 kB), drawn by ``b
 
 from __future__ import annotations
 
-import base64
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -85,14 +84,6 @@ def data(measures: Measures, particles: Particles, positions: np.ndarray | None)
         "deepest": deepest, "limit": float(np.quantile(np.abs(known), 0.995)) if len(known) else 1.0,
         "colours": {"origin": turning_view.colours("viridis_r"), "height": turning_view.colours("RdBu_r")},
     }  # fmt: skip
-
-
-def heights(content: Mapping[str, Any]) -> np.ndarray:
-    """The height map [m] (rows along y, columns along x) as the viewer decodes it; NaN where nothing was measured."""
-    counts = np.frombuffer(base64.b64decode(content["height"]["counts"]), dtype="<u2").reshape(
-        content["grid"], content["grid"]
-    )
-    return np.where(counts == NO_HEIGHT, np.nan, content["height"]["low"] + counts * content["height"]["step"])
 
 
 def html(content: Mapping[str, Any], title: str = "The crater") -> str:

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 from scipy import sparse
 
-from dem.beds.bed_domain import Cap, Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact import contact, walls
 from dem.contact.columns import RADIUS, RATIO, ROLL, SLIP, STIFFNESS, TOUCHING
 from dem.contact.walls import WALL_RADIUS
 from dem.grains.assembly import Assembly
 from matter.compilation.jit import kernel
+from matter.geometry.ground_region import Cone, Upright
 
 SOURCES = ("Christoffersen1981",)
 
@@ -28,7 +28,7 @@ class Shells:
     The part of a sphere beyond a shell boundary is that beyond the tangent plane (grains are small against the body).
     """
 
-    def __init__(self, position: np.ndarray, radius: np.ndarray, domain: Cap, width: float, top: float):
+    def __init__(self, position: np.ndarray, radius: np.ndarray, domain: Cone, width: float, top: float):
         count = max(8, round((top - domain.floor) / width))
         self.edges = np.linspace(domain.floor, top, count + 1)
         self.middle = 0.5 * (self.edges[1:] + self.edges[:-1])
@@ -162,9 +162,9 @@ def overlaps(bed: Assembly) -> dict[str, Any]:
 # -- flat ground
 
 
-def ground_mass(ground: FlatGround, container: Container, points: int = 4001) -> float:
+def ground_mass(ground: FlatGround, container: Upright) -> float:
     """Mass [kg] of the undisturbed ground in the container below the datum (midpoint rule)."""
-    edges = np.linspace(container.floor, 0.0, points)
+    edges = np.linspace(container.floor, 0.0, 4001)
     middle = 0.5 * (edges[1:] + edges[:-1])
     return float(np.sum(ground.density(middle) * container.cross_section(middle) * np.diff(edges)))
 
@@ -198,7 +198,7 @@ def wall_forces(bed: Assembly) -> np.ndarray:
 
 
 def bulk_fraction(
-    position: np.ndarray, radius: np.ndarray, container: Container, margin: float, points: int = 400_000
+    position: np.ndarray, radius: np.ndarray, container: Upright, margin: float, points: int = 400_000
 ) -> float:
     """``bulk_fraction_where`` of the grains at least ``margin`` [m] away from sides, floor and datum."""
     inner = (

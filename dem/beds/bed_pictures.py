@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds.bed_domain import Cap, Container
 from dem.beds.slopes import Slopes
 from dem.beds.solid_body import SolidBody
 from dem.grains.assembly import LEFT, Assembly
+from matter.geometry.ground_region import Cone, Upright
 from matter.particles import Particles
 from matter.wording import readable
 
@@ -33,7 +33,7 @@ def _circles(axes: Any, grains: Particles, scale: float) -> None:
     axes.add_collection(circles)
 
 
-def slab(axes: Any, grains: Particles, domain: Cap) -> None:
+def slab(axes: Any, grains: Particles, domain: Cone) -> None:
     """The cut through a bed on a sphere, with its core, datum and sides, in a unit that suits its size."""
     reach = 1.05 * domain.top * np.sin(domain.half_angle)
     scale, unit = readable.length_unit(reach)
@@ -52,7 +52,7 @@ def slab(axes: Any, grains: Particles, domain: Cap) -> None:
     axes.set_ylabel(f"z [{unit}]")
 
 
-def bed(assembly: Assembly, domain: Cap, report: dict[str, Any], path: Path) -> None:
+def bed(assembly: Assembly, domain: Cone, report: dict[str, Any], path: Path) -> None:
     """A cut through the bed above its profiles of packing fraction, density and stress."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -84,7 +84,7 @@ def bed(assembly: Assembly, domain: Cap, report: dict[str, Any], path: Path) -> 
     figure.savefig(path, dpi=110)
 
 
-def flat_slab(axes: Any, grains: Particles, container: Container) -> None:
+def flat_slab(axes: Any, grains: Particles, container: Upright) -> None:
     """The cut through a bed in its container, with walls and datum, in a unit that suits its size."""
     scale, unit = readable.length_unit(container.radius)
     _circles(axes, grains, scale)
@@ -103,7 +103,7 @@ def flat_slab(axes: Any, grains: Particles, container: Container) -> None:
     axes.set_ylabel(f"z [{unit}]")
 
 
-def flat_bed(assembly: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
+def flat_bed(assembly: Assembly, container: Upright, report: dict[str, Any], path: Path) -> None:
     """A cut through a bed in its container."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure

@@ -9,7 +9,6 @@ from typing import NamedTuple
 import numpy as np
 
 from dem.beds import flat_settling, grading, patch
-from dem.beds.bed_domain import Container
 from dem.beds.extent import depth
 from dem.beds.grading import Grading
 from dem.beds.grain_packing import FRACTION, HEXAGONAL
@@ -18,7 +17,7 @@ from dem.beds.solid_packing import FRACTION as SOLID_FRACTION
 from dem.contact.settings import shortest_contact_time
 from matter.case import at_rest
 from matter.case.body import Target
-from matter.geometry.ground_region import OF_TARGET
+from matter.geometry.ground_region import OF_TARGET, Upright
 
 LOOSE = 0.596
 """Solid fraction of a loose bed for predictions: that of the friction of 30 degrees."""
@@ -68,12 +67,12 @@ def expected(settings: Settings) -> Expected:
     return Expected(grain, below, step, (deep + top) / grain)
 
 
-def of_flat(settings: Settings, target: Target) -> tuple[Container, Grading, float]:
-    """Container and sizes of a bed of flat ground, and how many of its grains lie below the datum."""
+def of_flat(settings: Settings, target: Target) -> tuple[Upright, Grading, float]:
+    """Upright and sizes of a bed of flat ground, and how many of its grains lie below the datum."""
     shape = OF_TARGET[target.shape] if settings.shape in ("auto", "cap") else settings.shape
     diameter, wide = settings.impact.expected_transient_diameter, settings.arc_radius
     deep = wide if shape == "bowl" else settings.depth or depth(diameter, target.radius)
-    container = Container(shape, wide, -deep, settings.headroom_fraction * diameter)
+    container = Upright(shape, wide, -deep, settings.headroom_fraction * diameter)
     alike = settings.packing.startswith("hcp")
     spread, growth = (0.0, 0.0) if alike else (settings.radius_spread, settings.growth)
     filled = FILLED[settings.packing]

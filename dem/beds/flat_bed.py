@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_files, bed_measures, extent, grading, grain_packing
-from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
 from dem.beds.blocks.block_settling import BlockSettling, LooseRoundBlocks, materials
@@ -23,7 +22,7 @@ from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from matter.blocks import block_file
 from matter.errors import InputError
-from matter.geometry.ground_region import OF_TARGET
+from matter.geometry.ground_region import OF_TARGET, Upright
 from matter.particles import Particles
 from matter.solids.placed import PATCH
 
@@ -32,7 +31,7 @@ MARGIN, COARSE = 3.0, 1.5
 that at the impact from which on grains are coarse."""
 
 
-def container_of(settings: Settings, ground: FlatGround) -> Container:
+def container_of(settings: Settings, ground: FlatGround) -> Upright:
     """The container that the settings ask for; ``InputError`` when the ground cannot hold it."""
     shape = OF_TARGET[ground.shape] if settings.shape == "auto" else settings.shape
     if shape == "cap":
@@ -58,9 +57,7 @@ def container_of(settings: Settings, ground: FlatGround) -> Container:
         )
     top = settings.headroom_fraction * settings.impact.expected_transient_diameter
     species = settings.contact.species_of(ground.materials[int(ground.layer_of(np.array([-depth * 0.999]))[0])])
-    return Container(
-        shape, radius, -depth, top, floor_species=species, side_species=species if shape == "bowl" else -1
-    )
+    return Upright(shape, radius, -depth, top, floor_species=species, side_species=species if shape == "bowl" else -1)
 
 
 def maker(
@@ -82,7 +79,7 @@ def maker(
 
 
 def _grains(
-    settings: Settings, ground: FlatGround, container: Container, blocks: Particles | None
+    settings: Settings, ground: FlatGround, container: Upright, blocks: Particles | None
 ) -> tuple[FlatSettling, grading.Grading, BlockGrains | None]:
     """Grains in the container before they settle, their sizes, and the blocks among them."""
     seed = np.random.SeedSequence(settings.seed)
@@ -116,7 +113,7 @@ def _grains(
 def make(
     settings: Settings,
     ground: FlatGround,
-    container: Container,
+    container: Upright,
     out: Path,
     patch: Mapping[str, Any] | None = None,
     blocks: Particles | None = None,
@@ -157,7 +154,7 @@ def make(
 
 
 def with_blocks(
-    bed: Assembly, container: Container, sizes: grading.Grading, large: BlockGrains, report: dict[str, Any]
+    bed: Assembly, container: Upright, sizes: grading.Grading, large: BlockGrains, report: dict[str, Any]
 ) -> dict[str, np.ndarray]:
     """The field ``block`` of the grains in the order of their identities (none where no block is a grain), and what
     the ``report`` says of blocks; solid fractions are those of the grains between them."""
@@ -180,7 +177,7 @@ def with_blocks(
     return {"block": grains.block}
 
 
-def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: dict[str, float]) -> dict[str, Any]:
+def report_of(bed: Assembly, ground: FlatGround, container: Upright, facts: dict[str, float]) -> dict[str, Any]:
     """Everything that says how good the bed is."""
     below = bed.headroom == 0
     z, rattlers = bed_measures.coordination(bed, below)
@@ -218,7 +215,7 @@ def report_of(bed: Assembly, ground: FlatGround, container: Container, facts: di
     }
 
 
-def across_sizes(bed: Assembly, container: Container, sizes: grading.Grading) -> dict[str, Any]:
+def across_sizes(bed: Assembly, container: Upright, sizes: grading.Grading) -> dict[str, Any]:
     """How grains grow, and whether coarse ones pack as fine ones do: the ``packing_fraction_fine`` within the fine
     radius and ``packing_fraction_coarse`` where grains are half as large again and more, in the bulk (``MARGIN`` of
     their own radii from walls and datum); nan where a zone has no bulk."""
@@ -233,7 +230,7 @@ def across_sizes(bed: Assembly, container: Container, sizes: grading.Grading) ->
     }
 
 
-def _picture(bed: Assembly, container: Container, report: dict[str, Any], path: Path) -> None:
+def _picture(bed: Assembly, container: Upright, report: dict[str, Any], path: Path) -> None:
     from dem.beds import bed_pictures
 
     bed_pictures.flat_bed(bed, container, report, path)

@@ -20,7 +20,6 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.grain_packing import FRACTION, HEXAGONAL
 from dem.beds.loose_packing import LooseBed
@@ -30,6 +29,7 @@ from dem.contact.gravity import Field
 from dem.contact.rest_springs import REST_FRACTION
 from dem.contact.settings import Contact
 from dem.grains.assembly import Assembly
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 
 LOOSE = 8.0
@@ -54,12 +54,12 @@ def stiffness(
 
 
 class FlatSettling(Settling):
-    """The settling of a bed in a container; ``domain`` is the ``Container``, ``body`` the ``FlatGround``."""
+    """The settling of a bed in a container; ``domain`` is the ``Upright``, ``body`` the ``FlatGround``."""
 
     own = (*Settling.own, "pull", "drag_rate")
 
     def __init__(
-        self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Container, contact: Contact,
+        self, points: np.ndarray, radius: np.ndarray, ground: FlatGround, container: Upright, contact: Contact,
         limit: float,
         hexagonal: bool = False, speed: float | None = None, loose: LooseBed | None = None,
     ):  # fmt: skip

@@ -18,8 +18,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from dem.beds import extent
-from dem.beds.bed_domain import Container
 from matter.case.body import Impact
+from matter.geometry.ground_region import Upright
 
 FINE = 1.3
 """Radius of the fine zone over that of the settled crater: rim and walls slump from within it."""
@@ -52,7 +52,7 @@ class Grading:
 
 
 def solved(
-    count: int, spread: float, filled: float, container: Container, impact: Impact, growth: float
+    count: int, spread: float, filled: float, container: Upright, impact: Impact, growth: float
 ) -> tuple[Grading, float]:
     """The grading at which ``count`` grains, uniform within +-``spread`` about their mean, take the fraction
     ``filled`` of the container; and how many of them lie below the datum.
@@ -76,7 +76,7 @@ def solved(
     return Grading(radius, fine, growth), float(numbers(radius)[below].sum())
 
 
-def _cells(container: Container) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _cells(container: Upright) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Distance [m] from the impact point, volume [m^3] and whether it lies below the datum, of cells that fill a
     quarter of the container and stand for the whole."""
     across = (np.arange(_CELLS) + 0.5) * container.radius / _CELLS

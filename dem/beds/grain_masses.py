@@ -7,10 +7,10 @@ import numpy as np
 from scipy.optimize import isotonic_regression
 
 from dem.beds import bed_measures, grain_packing
-from dem.beds.bed_domain import Cap
 from dem.beds.layered_body import LayeredBody
 from dem.contact.settings import SPECIES, Contact
 from dem.grains.assembly import Assembly
+from matter.geometry.ground_region import Cone
 from matter.particles import Particles
 
 LEVEL_GAIN = 2.0
@@ -18,7 +18,7 @@ LEVEL_GAIN = 2.0
 estimate is too small."""
 
 
-def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: Cap, contact: Contact) -> Particles:
+def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: Cone, contact: Contact) -> Particles:
     """The grains with material, species, mass and stiffness for where they are; ``bed`` None takes a nominal
     packing fraction.
 
@@ -60,7 +60,7 @@ def matched(grains: Particles, bed: Assembly | None, body: LayeredBody, domain: 
     return Particles(fields, grains.attributes, grains.tables)
 
 
-def levelled(grains: Particles, bed: Assembly, domain: Cap, g: float) -> Particles:
+def levelled(grains: Particles, bed: Assembly, domain: Cone, g: float) -> Particles:
     """The grains with the weight of the solid layer on the liquid one levelled, so that the bed does not slosh in
     its cone.
 

@@ -18,13 +18,14 @@ from collections.abc import Callable
 
 import numpy as np
 
-from dem.beds.bed_domain import Cap, Container, Domain
+from dem.beds.bed_walls import Domain
 from dem.beds.grading import Grading
 from dem.contact import walls
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import Assembly
 from matter.compilation.jit import kernel
 from matter.errors import InputError
+from matter.geometry.ground_region import Cone, Upright
 from matter.points.packing import hexagonal
 
 SOURCES = ("OHern2003", "Hagh2022")
@@ -38,14 +39,14 @@ EXCHANGE = 0.01
 """Relative change of radius that is asked for per exchange, for a pressure twice that of the neighbours."""
 
 
-def radii(count: int, spread: float, domain: Cap, seed: np.random.SeedSequence) -> np.ndarray:
+def radii(count: int, spread: float, domain: Cone, seed: np.random.SeedSequence) -> np.ndarray:
     """Radii [m] uniform within +-``spread`` about a mean at which ``count`` grains fill the domain."""
     shape = np.random.default_rng(seed).uniform(1.0 - spread, 1.0 + spread, count)
     volume = domain.volume_between(domain.floor, domain.top)
     return shape * (FRACTION * volume / (4.0 / 3.0 * np.pi * np.sum(shape**3))) ** (1.0 / 3.0)
 
 
-def random_points(radius: np.ndarray, domain: Cap, seed: np.random.SeedSequence) -> np.ndarray:
+def random_points(radius: np.ndarray, domain: Cone, seed: np.random.SeedSequence) -> np.ndarray:
     """Centres uniform over the part of the domain that each grain can reach, shape (n, 3)."""
     rng = np.random.default_rng(seed)
     inner, outer = domain.floor + radius, domain.top - radius
@@ -60,7 +61,7 @@ def random_points(radius: np.ndarray, domain: Cap, seed: np.random.SeedSequence)
 def contained(
     count: int,
     spread: float,
-    container: Container,
+    container: Upright,
     grading: Grading,
     seed: np.random.SeedSequence,
     filling: Callable[[np.ndarray], np.ndarray] = lambda points: np.ones(len(points)),
@@ -93,7 +94,7 @@ def contained(
     return container.drawn_in(points, radius), radius
 
 
-def hexagonal_in(count: int, container: Container, tilted: bool = False) -> tuple[np.ndarray, float]:
+def hexagonal_in(count: int, container: Upright, tilted: bool = False) -> tuple[np.ndarray, float]:
     """Centres (n, 3) and radius [m] of touching equal grains in hexagonal close packing that fit into the container.
 
     Close-packed planes are level, the lowest on the floor; ``tilted``: turned by odd angles, so that none is level or
@@ -152,7 +153,7 @@ def exchange_radii(bed: Assembly, domain: Domain, lid: bool, which: np.ndarray) 
     touch = overlap > 0.0
     first, second, overlap = first[touch], second[touch], overlap[touch]
     load = np.bincount(first, overlap, minlength=n) + np.bincount(second, overlap, minlength=n)
-    if isinstance(domain, Container):
+    if isinstance(domain, Upright):
         _wall_overlaps(bed.X, bed.walls, load)
     else:
         distance = np.linalg.norm(bed.position, axis=1)

@@ -90,13 +90,13 @@ class LayeredBody:
         """Hydrostatic pressure [Pa]; zero above the surface."""
         return np.interp(radius, self.profile["radius_m"], self.profile["pressure_Pa"], right=0.0)
 
-    def mass_between(self, inner: float, outer: float, solid_angle: float = 4.0 * np.pi, points: int = 4001) -> float:
+    def mass_between(self, inner: float, outer: float, solid_angle: float = 4.0 * np.pi) -> float:
         """Mass [kg] of a shell sector of the profile (midpoint rule, layer by layer)."""
         total = 0.0
         for lo, hi in zip(self.inner, self.outer):
             a, b = max(lo, inner), min(hi, outer)
             if b > a:
-                edges = np.linspace(a, b, points)
+                edges = np.linspace(a, b, 4001)
                 middle = 0.5 * (edges[1:] + edges[:-1])
                 total += float(np.sum(self.density(middle) * np.diff(edges**3) / 3.0))
         return total * solid_angle

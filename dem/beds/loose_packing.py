@@ -30,13 +30,13 @@ from typing import Generic, TypeVar
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.beds.bed_domain import Cap, Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.grain_packing import FRACTION
 from dem.beds.layered_body import LayeredBody
 from dem.beds.settling_phases import LOOSE_PHASES, Phase
 from dem.contact.settings import SPECIES, Contact
 from dem.trials import friction_angle
+from matter.geometry.ground_region import Cone, Upright
 from matter.particles import Particles
 
 SOURCES = ("SchofieldWroth1968",)
@@ -57,7 +57,7 @@ AFTER = 2.0
 FEWEST = 50
 """Grains of a layer that make a bulk whose fraction is worth measuring."""
 
-D = TypeVar("D", Container, Cap)
+D = TypeVar("D", Upright, Cone)
 Draw = Callable[[np.ndarray, D, np.random.SeedSequence], np.ndarray]
 
 

@@ -45,18 +45,18 @@ class Settings(Model):
     seed: int = 1
     """Seed of radii and first positions."""
     shape: Literal["auto", "cap", "bowl", "box", "cylinder", "whole"] = "auto"
-    """The ground's piece that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
+    """The piece of ground that is filled: a spherical ``cap`` of a body; ``bowl`` (half-sphere), ``box`` or
     ``cylinder`` of flat ground, whose radius or half width is ``arc_radius``; the ``whole`` of an ellipsoid or mesh,
     or a bowl, box or cylinder of its ground round the site laid flat (``dem.beds.patch``; box and cylinder:
     experimental). ``auto``: as the target is (half_sphere: bowl, half_space: cylinder, block: box; ellipsoid, mesh:
     whole)."""
     packing: Literal["loose", "rcp", "hcp", "hcp_tilted"] = "loose"
     """How densely grains are packed. ``loose``: at random, so that the ground keeps its volume while it flows and
-    comes to rest: a third of the way from the solid fraction that steady shear of the same grains settles at to random
-    close packing (``dem.beds.loose_packing``; the whole of an ellipsoid or mesh: at that of steady shear). Denser, and
-    swelling before it flows: ``rcp``, random close packing; or (flat ground only, equal grains) hexagonal close
-    packing, ``hcp`` with its layers parallel to the ground, ``hcp_tilted`` turned so that none is (whole layers that
-    lift are an accident of their direction)."""
+    comes to rest. Its solid fraction lies a third of the way from that of steady shear of the same grains to random
+    close packing (``dem.beds.loose_packing``; the whole of an ellipsoid or mesh: at that of steady shear). The others
+    are denser and swell before they flow: ``rcp``, random close packing; or, for equal grains in flat ground,
+    hexagonal close packing: ``hcp`` with layers parallel to the ground, where whole layers can lift, and
+    ``hcp_tilted``, turned so that no layer is parallel to it."""
     largest_speed: PositiveSpeed | None = None
     """Largest speed of contacts to come, for k_n in flat ground; None: k_n for the load at rest only
     (``dem.beds.flat_settling.stiffness``)."""

@@ -15,8 +15,7 @@ from typing import Any
 import numba
 import numpy as np
 
-from dem.beds import bed_measures, grain_masses, grain_packing
-from dem.beds.bed_domain import Cap
+from dem.beds import bed_measures, bed_walls, grain_masses, grain_packing
 from dem.beds.layered_body import LayeredBody
 from dem.beds.loose_packing import LooseBed
 from dem.beds.relaxation import Fire
@@ -26,6 +25,7 @@ from dem.contact.settings import OCEAN, SPECIES, Contact
 from dem.contact.walls import Wall
 from dem.grains.assembly import Assembly
 from matter.files import checkpoint
+from matter.geometry.ground_region import Cone
 from matter.particles import Particles
 
 LOOK_EVERY = 10
@@ -61,7 +61,7 @@ class Settling:
     """Numbers of the settling that a checkpoint holds besides the assembly."""
 
     def __init__(
-        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Cap, contact: Contact,
+        self, points: np.ndarray, radius: np.ndarray, body: LayeredBody, domain: Cone, contact: Contact,
         limit: float, loose: LooseBed | None = None,
     ):  # fmt: skip
         self.body, self.domain, self.contact, self.limit, self.loose = body, domain, contact, limit, loose
@@ -138,9 +138,9 @@ class Settling:
         now = self.plan[self.phase]
         if self.loose:
             self.domain = self.raised if self.phase < self.phase_index("grip") else self.settled_in  # type: ignore[assignment]
-        walls: tuple[Wall, ...] = self.domain.walls()
+        walls: tuple[Wall, ...] = bed_walls.walls(self.domain)
         if now.name in ("pack", "grow"):
-            walls = (*walls, self.domain.lid())
+            walls = (*walls, bed_walls.lid(self.domain))
         contact = self.contact if now.friction else self.smooth_contact
         limit = np.inf if now.fire else contact.overlap_stop
         self.bed = Assembly(
@@ -290,7 +290,9 @@ class Settling:
             values[index] = rested[name]
             grains[name] = values
         grains.tables.update(rested.tables)
-        bed = Assembly(grains, self.contact, self.domain.walls(), self.gravity, threads=threads_for(len(grains)))
+        bed = Assembly(
+            grains, self.contact, bed_walls.walls(self.domain), self.gravity, threads=threads_for(len(grains))
+        )
         bed.weight[:] = np.where(bed.headroom > 0, 0.0, 1.0)
         return bed
 

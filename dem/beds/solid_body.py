@@ -88,7 +88,7 @@ class SolidBody:
         mass = at_rest.densities_at_rest(name, densities).bulk * placed.solid.volume
         companion = None
         if one is not None:
-            companion = one.mass, placed.over_equator(0.0, one.distance), placed.spin_axis
+            companion = one.mass, placed.over_equator(one.distance), placed.spin_axis
         return SolidBody(placed, mass, name, placed.spin(target.spin_period), companion)
 
     @property

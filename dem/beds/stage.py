@@ -31,7 +31,6 @@ from dem.beds import (
     settling,
     solid_bed,
 )
-from dem.beds.bed_domain import Cap
 from dem.beds.blocks import block_grains
 from dem.beds.finishing import finish
 from dem.beds.layered_body import LayeredBody
@@ -44,6 +43,7 @@ from dem.trials import friction_angle
 from matter.blocks import placing
 from matter.case.body import Target
 from matter.errors import InputError
+from matter.geometry.ground_region import Cone
 from matter.wording import readable
 
 STEPS = 3600
@@ -65,7 +65,7 @@ BODY_STEPS, BODY_GROWTH = 21_500, 0.36
 idle_sources = used_contact_laws.of_bed
 
 
-def domain_of(settings: Settings, body: LayeredBody) -> Cap:
+def domain_of(settings: Settings, body: LayeredBody) -> Cone:
     """The domain that the settings ask for; ``InputError`` when the body cannot hold it."""
     if settings.depth is not None:
         core = body.radius - settings.depth
@@ -86,10 +86,10 @@ def domain_of(settings: Settings, body: LayeredBody) -> Cap:
     top = body.radius + settings.headroom_fraction * settings.impact.expected_transient_diameter
     floor_layer = int(body.layer_of(np.array([core]))[0])
     species = settings.contact.species_of(body.materials[floor_layer])
-    return Cap(core, body.radius, top, angle, 0.0, 0.0, species)
+    return Cone(core, body.radius, top, angle, 0.0, 0.0, species)
 
 
-def _damped(domain: Cap, settings: Settings, mean_radius: float, wave_speed: float) -> Cap:
+def _damped(domain: Cone, settings: Settings, mean_radius: float, wave_speed: float) -> Cone:
     """The domain with its damped layer: an outgoing wave is down to 5 % when it has come back from the cone."""
     width = bed_files.DAMPED_LAYERS * 2.0 * mean_radius
     rate = 4.5 * wave_speed / width if width > 0.0 else 0.0
@@ -203,7 +203,7 @@ def maker(settings: Settings, target: Path) -> Callable[[Path], None]:
     return lambda out: _make(settings, body, domain, out)
 
 
-def _make(settings: Settings, body: LayeredBody, domain: Cap, out: Path) -> None:
+def _make(settings: Settings, body: LayeredBody, domain: Cone, out: Path) -> None:
     seeds = np.random.SeedSequence(settings.seed).spawn(2)
     radius, loose = grain_packing.radii(settings.count, settings.radius_spread, domain, seeds[0]), None
     if settings.packing == "loose":
@@ -228,7 +228,7 @@ def _make(settings: Settings, body: LayeredBody, domain: Cap, out: Path) -> None
     )
 
 
-def _report(bed: Assembly, body: LayeredBody, domain: Cap, facts: dict[str, float]) -> dict[str, Any]:
+def _report(bed: Assembly, body: LayeredBody, domain: Cone, facts: dict[str, float]) -> dict[str, Any]:
     """Everything that says how good the bed is."""
     g = float(body.gravity().strength(np.array(body.radius)))
     distance = np.linalg.norm(bed.position, axis=1)
@@ -274,7 +274,7 @@ def _report(bed: Assembly, body: LayeredBody, domain: Cap, facts: dict[str, floa
     }
 
 
-def _picture(bed: Assembly, domain: Cap, report: dict[str, Any], path: Path) -> None:
+def _picture(bed: Assembly, domain: Cone, report: dict[str, Any], path: Path) -> None:
     from dem.beds import bed_pictures
 
     bed_pictures.bed(bed, domain, report, path)

@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from dem.contact.walls import Wall
 from dem.grains.grain_list import ACTIVE, BALLISTIC, GrainList
 from matter.constants import G
 from matter.errors import InputError
@@ -31,10 +30,6 @@ class WholeBody:
     top: float = 0.0
     half_angle: float = np.pi
     hill_radius: float = np.inf
-
-    def walls(self) -> tuple[Wall, ...]:
-        """None."""
-        return ()
 
     def drag(self, position: np.ndarray) -> np.ndarray:
         """Nothing is damped (n,) [1/s]."""

@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds import settling
-from dem.beds.bed_domain import Cap, Container, Domain
+from dem.beds import bed_walls, settling
+from dem.beds.bed_walls import Domain
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.solid_body import SolidBody
@@ -39,6 +39,7 @@ from dem.stiffness.following import Following
 from matter.cadence import Cadence
 from matter.errors import InputError, UnphysicalState, Unsound
 from matter.files import archive, checkpoint, snapshot
+from matter.geometry.ground_region import Cone, Upright
 from matter.particles import Particles
 from matter.progress import Progress, stop_here
 from matter.wording import readable
@@ -86,7 +87,7 @@ class Due:
 
 
 DOMAINS: dict[str, type[Domain | WholeBody]] = {
-    "plane": Container, "sphere": Cap, "solid": WholeBody
+    "plane": Upright, "sphere": Cone, "solid": WholeBody
 }  # fmt: skip
 """Where grains lie, by the frame of the start."""
 
@@ -110,7 +111,7 @@ class Collapse:
         )
         stiffer = self.springs.factor != 1.0
         self.bed = Assembly(
-            start, settings.contact, self.domain.walls(), body.gravity(), dt=dt,
+            start, settings.contact, bed_walls.walls(self.domain), body.gravity(), dt=dt,
             threads=settling.threads_for(len(start)), skin=0.3,
             extras=Extras(
                 stiffer or settings.stiffness == "following", *whole_body_collapse.forces(body, settings)
@@ -245,7 +246,7 @@ class Collapse:
         self._write_history()
         self._snapshot("last", tables=True)
         times = {path.name: float(snapshot.read(path).attributes["time"]) for path in snapshot.series(self.out)}
-        snapshot.write_series(self.out, times, "snap")
+        snapshot.write_series(self.out, times)
         report = self._report() | ground_fraction.report(self.out, self.domain, self.carried)
         archive.write_json(self.out / "stage_report.json", report)
         # what another program has computed is not computed again from here

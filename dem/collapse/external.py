@@ -29,7 +29,7 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds.bed_domain import Container
+from dem.beds import bed_walls
 from dem.beds.flat_ground import FlatGround
 from dem.beds.layered_body import LayeredBody
 from dem.beds.whole_body_bed import WholeBody
@@ -47,6 +47,7 @@ from dem.settings import Settings
 from dem.stiffness import stiffening
 from matter.errors import InputError, UnphysicalState
 from matter.files import checkpoint
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 from matter.progress import Progress, stop_here
 
@@ -80,7 +81,7 @@ class ExternalCollapse(Collapse):
         bed, rest = self.bed, settings.latest_time - self.bed.start_time
         self.over = (
             OverGround(self.domain, bed.gravity)
-            if isinstance(self.domain, Container)
+            if isinstance(self.domain, Upright)
             else OverBody(self.domain, bed.gravity)
         )
         flight.look(bed, self.domain)
@@ -91,11 +92,18 @@ class ExternalCollapse(Collapse):
         grains = grains.select((grains["state"] != LEFT) & ~np.isin(grains.identity, self.aloft))
         reach = self.over.reach(grains.position, grains.velocity, rest, float(bed.X[:, RADIUS].max()))
         self.scene = Scene(
-            grains, settings.contact, self.domain.walls(), bed.gravity, bed.dt, reach, self.domain, self._skin()
+            grains,
+            settings.contact,
+            bed_walls.walls(self.domain),
+            bed.gravity,
+            bed.dt,
+            reach,
+            self.domain,
+            self._skin(),
         )
         ejecta = bool(np.any(grains.identity >= start.attributes.get("bed_grains", np.iinfo(np.int64).max)))
         wanted = stiffening.springs_for(
-            settings.springs_for, start, settings.contact, not isinstance(self.domain, Container)
+            settings.springs_for, start, settings.contact, not isinstance(self.domain, Upright)
         )
         self.needs = deviations.needed(
             settings.engine, self.scene, deviations.Start(loaded, ejecta, wanted.factor > 1.0)
@@ -223,7 +231,7 @@ class ExternalCollapse(Collapse):
             )
         flying = bed.state == BALLISTIC
         # from flat ground nothing escapes: what leaves the box comes down outside, or too late
-        flat = isinstance(self.domain, Container)
+        flat = isinstance(self.domain, Upright)
         escaped = beyond & (not flat)
         outside = (past_side & flying) | (beyond & flat)
         by_reason = {

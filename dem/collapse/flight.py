@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from dem.beds.bed_domain import Container, Domain
+from dem.beds.bed_walls import Domain
 from dem.beds.whole_body_bed import WholeBody, bound
 from dem.contact.columns import RADIUS, TOUCHING
 from dem.grains.assembly import ACTIVE, BALLISTIC, LEFT, Assembly
+from matter.geometry.ground_region import Upright
 
 EVERY = 10
 """Steps between two looks."""
@@ -43,7 +44,7 @@ def look(bed: Assembly, domain: Domain | WholeBody) -> None:
 
 def _due(bed: Assembly, domain: Domain | WholeBody) -> np.ndarray:
     """(n,) which of ``CHANGES`` each grain is due for, counted from 1; 0 for none."""
-    flat = isinstance(domain, Container)
+    flat = isinstance(domain, Upright)
     position = bed.position - _centre(bed) if isinstance(domain, WholeBody) else bed.position
     distance = bed.position[:, 2] if flat else np.linalg.norm(position, axis=1)
     touching = np.zeros(len(bed.X), dtype=bool)
@@ -121,7 +122,7 @@ def damp(bed: Assembly, domain: Domain | WholeBody) -> None:
     """Set the damping of the outermost grains for where they are now; what flies is not damped."""
     drag = domain.drag(bed.position)
     drag[bed.active :] = 0.0
-    if isinstance(domain, Container):
+    if isinstance(domain, Upright):
         drag[bed.position[:, 2] > domain.top] = 0.0
     else:
         drag[np.einsum("ij,ij->i", bed.position, bed.position) > domain.top**2] = 0.0

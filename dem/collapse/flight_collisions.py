@@ -22,7 +22,7 @@ import math
 
 import numpy as np
 
-from dem.contact.columns import DISSIPATED, MASS, RADIUS, WX
+from dem.contact.columns import DISSIPATED, MASS, PX, PY, PZ, RADIUS, VX, VY, VZ, WX
 from dem.grains.assembly import BALLISTIC, Assembly
 from matter.compilation.jit import kernel
 
@@ -93,8 +93,8 @@ def encounters(X, W, reach, way, low, size, start, shape, dt):
                 for j in range(start[base + first[2]], start[base + last[2] + 1]):
                     if j == i or way[j] > way[i] or (way[j] == way[i] and j < i):
                         continue
-                    x, y, z = X[j, 0] - X[i, 0], X[j, 1] - X[i, 1], X[j, 2] - X[i, 2]
-                    u, v, w = W[j, 0] - W[i, 0], W[j, 1] - W[i, 1], W[j, 2] - W[i, 2]
+                    x, y, z = X[j, PX] - X[i, PX], X[j, PY] - X[i, PY], X[j, PZ] - X[i, PZ]
+                    u, v, w = W[j, VX] - W[i, VX], W[j, VY] - W[i, VY], W[j, VZ] - W[i, VZ]
                     closing = x * u + y * v + z * w
                     if closing >= 0.0:
                         continue

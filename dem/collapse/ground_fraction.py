@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_walls import Domain
 from matter.files import snapshot
 from matter.particles import Particles
 

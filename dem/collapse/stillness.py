@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from dem.beds.bed_domain import Container, Domain
+from dem.beds.bed_walls import Domain
 from dem.beds.whole_body_bed import PoseTracker, WholeBody
 from dem.contact.columns import RADIUS
 from dem.grains.assembly import ACTIVE, Assembly
 from matter.files import checkpoint
+from matter.geometry.ground_region import Upright
 
 STILL_CHANGE = 0.1
 """RMS change of the profile, in mean grain radii, below which it counts as still."""
@@ -33,7 +34,7 @@ def surface_profile(bed: Assembly, domain: Domain | WholeBody, tracker: PoseTrac
     if tracker is not None:
         x = np.column_stack([tracker.turned_back(bed)[here], x[:, RADIUS]])
     size = COLUMN * bed.mean_radius
-    if isinstance(domain, Container):
+    if isinstance(domain, Upright):
         plan, level, inside = np.ones(len(x)), x[:, 2] + x[:, RADIUS], ~domain.outside(x[:, :3])
         reach = domain.radius * (np.sqrt(2.0) if domain.shape == "box" else 1.0)
     else:

@@ -1,5 +1,5 @@
 """Columns of the tables that the loops over grains, contacts and walls read and write. Columns 0 to 2 of positions,
-velocities, forces are x, y, z.
+velocities, forces are x, y, z (``PX`` ..., ``VX`` ...).
 
 =========== ======================= ===================================================================================
 table       shape                   columns
@@ -22,7 +22,8 @@ from dem.laws import dispatch
 
 XYZ = slice(0, 3)
 """Position, velocity, acceleration or force in each of these tables."""
-RADIUS = 3
+PX, PY, PZ, RADIUS = range(4)
+VX, VY, VZ = 0, 1, 2
 WX, WY, WZ = 3, 4, 5
 TX, TY, TZ = 3, 4, 5
 MASS, STIFFNESS = 6, 7

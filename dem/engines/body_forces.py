@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from dem.beds.bed_domain import Container, Domain
+from dem.beds.bed_walls import Domain
 from dem.engines.central_gravity import Polynomial
 from dem.engines.scene import HOLD_STEPS, Scene
+from matter.geometry.ground_region import Upright
 
 
 def force_commands(scene: Scene) -> list[str]:
@@ -42,7 +43,7 @@ def force_commands(scene: Scene) -> list[str]:
 
 def _drag(domain: Domain) -> list[str]:
     """``drag``: the mass times the rate of ``drag`` of the domain, below its top."""
-    if isinstance(domain, Container):
+    if isinstance(domain, Upright):
         depth, inside = _layer_of_container(domain), f"(z<={domain.top:.17g})"
     else:
         widths = domain.datum / domain.damped_width
@@ -55,7 +56,7 @@ def _drag(domain: Domain) -> list[str]:
     ]
 
 
-def _layer_of_container(container: Container) -> str:
+def _layer_of_container(container: Upright) -> str:
     """Depth into the damped layer over its width: 0 at its inner side, 1 at the container's."""
     if container.shape == "box":  # the larger of |x| and |y|, which the programs have no function for
         across = "(0.5*(sqrt(x*x)+sqrt(y*y)+sqrt((sqrt(x*x)-sqrt(y*y))*(sqrt(x*x)-sqrt(y*y)))))"
@@ -67,7 +68,7 @@ def _layer_of_container(container: Container) -> str:
 def aside(domain: Domain) -> list[str]:
     """The region ``aside``: beside the domain and below its top. Grains there have left and are taken out, as the
     stage itself does."""
-    if isinstance(domain, Container):
+    if isinstance(domain, Upright):
         return _aside_of_container(domain)
     height = domain.top
     low, width = 1e-3 * height, math.tan(domain.half_angle)
@@ -78,7 +79,7 @@ def aside(domain: Domain) -> list[str]:
     ]
 
 
-def _aside_of_container(container: Container) -> list[str]:
+def _aside_of_container(container: Upright) -> list[str]:
     """Beside upright sides; what is below z = 0 outside a bowl lies within those and has gone through it, which is an
     error and not taken out."""
     radius, height = f"{container.radius:.17g}", f"{container.top:.17g}"

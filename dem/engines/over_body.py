@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.beds.bed_domain import Cap
 from dem.contact.gravity import Field
+from matter.geometry.ground_region import Cone
 
 BOX_LIMIT = 5.0
 """Half the edge of the box at most, in radii of the body."""
@@ -19,7 +19,7 @@ _TINY = 1e-300
 class OverBody:
     """The space over the ``domain`` of a body whose ``gravity`` points to its centre."""
 
-    domain: Cap
+    domain: Cone
     gravity: Field
 
     @property

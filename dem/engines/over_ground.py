@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.beds.bed_domain import Container
 from dem.contact.gravity import Field
+from matter.geometry.ground_region import Upright
 
 BOX_LIMIT = 20.0
 """Half the edge of the box at most, in radii of the container."""
@@ -18,7 +18,7 @@ BOX_LIMIT = 20.0
 class OverGround:
     """The space over a container (``domain``) under uniform ``gravity`` towards -z."""
 
-    domain: Container
+    domain: Upright
     gravity: Field
 
     @property

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_walls import Domain
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
 from dem.contact.walls import Wall

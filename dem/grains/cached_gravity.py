@@ -23,7 +23,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from dem.contact.columns import MASS, RADIUS
+from dem.contact.columns import MASS, PX, PY, PZ, RADIUS
 from dem.grains.grain_list import GrainList
 from matter.compilation.jit import kernel
 from matter.geometry.rotation import rotation
@@ -70,7 +70,7 @@ def _sums(X, V, count, vectors, centre):
     square, lx, ly, lz = 0.0, 0.0, 0.0, 0.0
     ixx, ixy, ixz, iyy, iyz, izz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(count):
-        m, x, y, z = V[i, MASS], X[i, 0] - centre[0, 0], X[i, 1] - centre[0, 1], X[i, 2] - centre[0, 2]
+        m, x, y, z = V[i, MASS], X[i, PX] - centre[0, 0], X[i, PY] - centre[0, 1], X[i, PZ] - centre[0, 2]
         a, b, c = vectors[i, 0], vectors[i, 1], vectors[i, 2]
         square += m * (a * a + b * b + c * c)
         lx += m * (y * c - z * b)
@@ -90,7 +90,7 @@ def _take_out(X, V, centre, shift, twist, pull):
     """``pull`` - shift - twist x x', in place; the sum of m times the square of what was taken out."""
     total = 0.0
     for i in range(pull.shape[0]):
-        x, y, z = X[i, 0] - centre[0, 0], X[i, 1] - centre[0, 1], X[i, 2] - centre[0, 2]
+        x, y, z = X[i, PX] - centre[0, 0], X[i, PY] - centre[0, 1], X[i, PZ] - centre[0, 2]
         a = shift[0] + twist[1] * z - twist[2] * y
         b = shift[1] + twist[2] * x - twist[0] * z
         c = shift[2] + twist[0] * y - twist[1] * x

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from dem.contact.columns import MASS
+from dem.contact.columns import MASS, PX, PY, PZ
 from dem.grains.cached_gravity import WORK
 from dem.grains.grain_list import GrainList
 from matter.compilation.jit import kernel
@@ -42,7 +42,7 @@ def _pull(X, V, body, position, strength, mean, torque, pull):
         mean[k], torque[k] = 0.0, 0.0
     for turn in range(2):
         for i in range(pull.shape[0]):
-            x, y, z = position[0] - X[i, 0], position[1] - X[i, 1], position[2] - X[i, 2]
+            x, y, z = position[0] - X[i, PX], position[1] - X[i, PY], position[2] - X[i, PZ]
             r2 = x * x + y * y + z * z
             q = strength / (r2 * math.sqrt(r2))
             if turn == 0:
@@ -52,9 +52,9 @@ def _pull(X, V, body, position, strength, mean, torque, pull):
                     mean[0] += m * q * x
                     mean[1] += m * q * y
                     mean[2] += m * q * z
-                torque[0] += m * q * (X[i, 1] * z - X[i, 2] * y)
-                torque[1] += m * q * (X[i, 2] * x - X[i, 0] * z)
-                torque[2] += m * q * (X[i, 0] * y - X[i, 1] * x)
+                torque[0] += m * q * (X[i, PY] * z - X[i, PZ] * y)
+                torque[1] += m * q * (X[i, PZ] * x - X[i, PX] * z)
+                torque[2] += m * q * (X[i, PX] * y - X[i, PY] * x)
             else:
                 pull[i, 0] += q * x - mean[0]
                 pull[i, 1] += q * y - mean[1]

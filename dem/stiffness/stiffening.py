@@ -26,7 +26,7 @@ from typing import Literal, NamedTuple
 import numpy as np
 from scipy.spatial import cKDTree
 
-from dem.beds.bed_domain import Domain
+from dem.beds.bed_walls import Domain
 from dem.beds.whole_body_bed import WholeBody
 from dem.contact.grain_solid import elastic
 from dem.contact.settings import Contact

@@ -23,7 +23,7 @@ import math
 
 import numpy as np
 
-from dem.contact.columns import HISTORY, MASS, RADIUS, STIFFNESS, TOUCHING, TX, WX, XYZ
+from dem.contact.columns import HISTORY, MASS, PX, PY, PZ, RADIUS, STIFFNESS, TOUCHING, TX, VX, VY, VZ, WX, XYZ
 from dem.contact.settings import Contact
 from dem.grains import pair_list
 from dem.trials.cell_forces import (
@@ -80,8 +80,8 @@ def _advance(steps, sample, touching, frame, drive, sums):
                 V[i, c] = W[i, c] + 0.5 * dt * A[i, c]
             for c in range(3):
                 X[i, c] += dt * W[i, c]
-            dx = X[i, 0] - start[i, 0] - (clock[1] - since) * X[i, 2]
-            dy, dz = X[i, 1] - start[i, 1], X[i, 2] - start[i, 2]
+            dx = X[i, PX] - start[i, PX] - (clock[1] - since) * X[i, PZ]
+            dy, dz = X[i, PY] - start[i, PY], X[i, PZ] - start[i, PZ]
             far = max(far, dx * dx + dy * dy + dz * dz)
         clock[0] += rate * period[2] * dt
         clock[1] += rate * dt
@@ -96,19 +96,19 @@ def _advance(steps, sample, touching, frame, drive, sums):
             m = V[i, MASS]
             inertia = 0.4 * m * X[i, RADIUS] * X[i, RADIUS]
             for c in range(3):
-                A[i, c] = F[i, c] / m + gravity[c] - drag * (V[i, c] - (rate * X[i, 2] if c == 0 else 0.0))
+                A[i, c] = F[i, c] / m + gravity[c] - drag * (V[i, c] - (rate * X[i, PZ] if c == 0 else 0.0))
                 A[i, WX + c] = F[i, TX + c] / inertia - drag * V[i, WX + c]
             for c in range(6):
                 W[i, c] += 0.5 * dt * A[i, c]
-            wx = W[i, 0] - rate * X[i, 2]
-            kinetic += 0.5 * m * (wx * wx + W[i, 1] * W[i, 1] + W[i, 2] * W[i, 2])
+            wx = W[i, VX] - rate * X[i, PZ]
+            kinetic += 0.5 * m * (wx * wx + W[i, VY] * W[i, VY] + W[i, VZ] * W[i, VZ])
             mxx += m * wx * wx
-            myy += m * W[i, 1] * W[i, 1]
-            mzz += m * W[i, 2] * W[i, 2]
-            mxz += m * wx * W[i, 2]
+            myy += m * W[i, VY] * W[i, VY]
+            mzz += m * W[i, VZ] * W[i, VZ]
+            mxz += m * wx * W[i, VZ]
             px += m * wx
-            pz += m * W[i, 2]
-            flow += m * W[i, 0]
+            pz += m * W[i, VZ]
+            flow += m * W[i, VX]
             mass += m
         if pressure > 0.0:
             # about their mean: the momentum of all grains is kept, the flow at their mean height is not at rest
@@ -121,7 +121,7 @@ def _advance(steps, sample, touching, frame, drive, sums):
             stress[XZ] += mxz
             q = min(max(RESPONSE * (stress[ZZ] / volume / pressure - 1.0), -0.05), 0.05) * dt
             for i in range(n):
-                X[i, 2] += q * X[i, 2]
+                X[i, PZ] += q * X[i, PZ]
             period[2] += q * period[2]
         for c in range(4):
             sums[c] += stress[c] / volume

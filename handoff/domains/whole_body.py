@@ -178,7 +178,7 @@ class WholeBody:
         size = np.linalg.norm(corner - middle[:, None], axis=2).max(axis=1)
         near = np.flatnonzero(np.linalg.norm(middle - site, axis=1) - size < self.reach)
         edges = np.cumsum(area[near])
-        stream = sobol.stream(3, 5)
+        stream = sobol.stream(5)
         feet, drawn = np.empty((0, 3)), 0
         while len(feet) < _POOL and drawn < 64 * _POOL:
             number = stream.random(_POOL)

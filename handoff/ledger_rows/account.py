@@ -65,12 +65,7 @@ def ledger_of_direct(
     ledger.skip("bed_residual_speed_over_sqrt_g_r", "not_applicable", "no grain of the bed is handed over")
     outside = handoff.sums.outside
     ledger.state("mass_outside_domain", outside.mass, "kg", "compact matter beside and below the bed's domain")
-    ledger.state(
-        "ejecta_by_rule",
-        ", ".join(f"{name} {count}" for name, count in handoff.split.counts().items()),
-        "1",
-        "particles of the source",
-    )
+    _state_rules(ledger, handoff)
     ledger.state("cavity_radius", handoff.carving.size.radius, "m")
     ledger.state("cavity_depth", handoff.carving.size.depth, "m")
     ledger.state("cavity_volume", handoff.carving.size.volume, "m^3")
@@ -249,12 +244,7 @@ def _statements(ledger: Ledger, handoff: Handoff) -> None:
         f"{flying.shrunk} shrunk, {np.count_nonzero(flying.moved)} moved to fit (by at most "
         f"{readable.length(flying.moved.max(initial=0.0))})",
     )
-    ledger.state(
-        "ejecta_by_rule",
-        ", ".join(f"{name} {count}" for name, count in handoff.split.counts().items()),
-        "1",
-        "particles of the source",
-    )
+    _state_rules(ledger, handoff)
     ledger.state(
         "surface_offset_spacings",
         handoff.carving.offset,
@@ -279,3 +269,8 @@ def _statements(ledger: Ledger, handoff: Handoff) -> None:
     ledger.state("cavity_volume", handoff.carving.size.volume, "m^3")
     ledger.state("cavity_off_axis", float(np.hypot(*handoff.carving.size.centre[:2])), "m", "of its centre")
     ledger.state("grains_kept", float(handoff.carving.stays.sum()), "1", f"of {len(handoff.carving.stays)}")
+
+
+def _state_rules(ledger: Ledger, handoff: Handoff) -> None:
+    said = ", ".join(f"{name} {count}" for name, count in handoff.split.counts().items())
+    ledger.state("ejecta_by_rule", said, "1", "particles of the source")

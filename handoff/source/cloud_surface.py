@@ -286,7 +286,7 @@ def fraction_inside(
     between, cut = domain.between(position), domain.cut_depth(position)
     fraction, centre = (between & (cut > 0.0)).astype(float), position.copy()
     crossing = np.flatnonzero(between & (np.abs(cut) < spacing))
-    cloud = sobol.stream(3, 1).random(_CELL_POINTS)
+    cloud = sobol.stream(1).random(_CELL_POINTS)
     radius, cosine, azimuth = np.cbrt(cloud[:, 0]), 2.0 * cloud[:, 1] - 1.0, 2.0 * np.pi * cloud[:, 2]
     sine = np.sqrt(1.0 - cosine**2)
     ball = radius[:, None] * np.stack([sine * np.cos(azimuth), sine * np.sin(azimuth), cosine], axis=1)

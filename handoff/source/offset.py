@@ -39,7 +39,7 @@ finer than grains."""
 
 def even_points(domain: Domain) -> np.ndarray:
     """65,536 even points of the domain."""
-    return domain.even_points(sobol.stream(3, 2).random_base2(16))
+    return domain.even_points(sobol.stream(2).random_base2(16))
 
 
 def passes(spacing: np.ndarray, coarse: float) -> np.ndarray:

@@ -75,7 +75,7 @@ def even_samples(domain: Domain, compact: cKDTree, grains: cKDTree, number: floa
     ``number``: how many grains the domain would hold if all were as small as those at the impact.
     """
     power = max(_LEAST_POWER, int(np.ceil(np.log2(_POINTS_PER_GRAIN * max(number, grains.n)))))
-    position = domain.even_points(sobol.stream(3, 3).random_base2(power))
+    position = domain.even_points(sobol.stream(3).random_base2(power))
     nobody = np.zeros(len(position), dtype=bool)
     owner, grain = compact.query(position, workers=-1)[1], grains.query(position, workers=-1)[1]
     return Samples(position, domain.volume / len(position), nobody, owner, grain, np.ones(len(position)))
@@ -98,7 +98,7 @@ def finer(samples: Samples, domain: Domain, compact: cKDTree, grains: cKDTree, p
         return samples
     parent = np.repeat(np.arange(len(number)), number)
     within = np.arange(len(parent)) - np.repeat(np.cumsum(number) - number, number)
-    cloud = sobol.stream(3, 4).random(_MOST_PARTS) - 0.5
+    cloud = sobol.stream(4).random(_MOST_PARTS) - 0.5
     position = samples.position[parent] + np.where(
         (number[parent] > 1)[:, None], np.cbrt(samples.volume) * cloud[within], 0.0
     )

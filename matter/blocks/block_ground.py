@@ -11,8 +11,7 @@ import numpy as np
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.geometry.ground_region import OF_TARGET
-from matter.points.region import Interior
-from matter.points.regions import Slab
+from matter.points.regions import Interior, Slab
 from matter.solids.distance import measured
 
 SAMPLES = 400_000

@@ -44,7 +44,7 @@ class Layer(Model):
 
 
 class Companion(Model):
-    """A point mass that an ellipsoid or mesh goes round, or that goes round it: its tide acts on the grains."""
+    """A point mass in mutual orbit with an ellipsoid or mesh; its tide acts on the grains."""
 
     mass: PositiveMass
     """Mass of the companion."""
@@ -69,13 +69,14 @@ class Target(Model):
     file: str | None = None
     """The closed surface of a ``mesh``: OBJ, PLY or STL, beside the case."""
     file_unit: PositiveLength | None = None
-    """What one unit of the file's numbers is, ``"1 km"``: such files have none."""
+    """Length of one unit of the file, ``"1 km"``: these formats do not record it."""
     latitude: Angle = 0.0
     """Latitude of the point of impact on an ellipsoid or mesh, from the centre of mass."""
     longitude: Angle = 0.0
     """Longitude of the point of impact, towards the east."""
     azimuth: Angle = math.radians(90.0)
-    """Where the projectile flies to, seen from above the site of an ellipsoid or mesh: 0 is north, 90 deg is east."""
+    """Direction in which the projectile flies, seen from above the site of an ellipsoid or mesh: 0 is north, 90 deg is
+    east."""
     arrival: tuple[float, float, float] | None = None
     """Direction in which the projectile flies in the frame of an ellipsoid or mesh, of any length. The azimuth and
     ``[impact] angle_from_vertical`` follow from it, and where they are left out too, latitude and longitude of the
@@ -254,11 +255,11 @@ class Part(Model):
     material: str | None = None
     """Material of the part; by default that of the projectile."""
     size: tuple[PositiveLength, PositiveLength, PositiveLength] | None = None
-    """Sizes of a box along the flight, horizontally across it, and up from both; by default the part is a ball of its
-    material at its own density. Matter that does not fill its box stands in it as pellets with gaps between them."""
+    """Edges of a box: along the flight, horizontally across it, and perpendicular to both. By default the part is a
+    ball of its material at its own density. Matter that does not fill it becomes pellets with gaps between them."""
     offset: tuple[Length, Length, Length] = (0.0, 0.0, 0.0)
-    """Where its centre is, along the flight, across it and up, from any one point: only distances between parts count,
-    their centre of mass flies to the site."""
+    """Position of its centre along the flight, across it and up, from any common origin: only the distances between
+    parts matter, because their centre of mass flies to the site."""
 
     @field_validator("material")
     @classmethod
@@ -267,12 +268,12 @@ class Part(Model):
 
 
 class Projectile(Model):
-    """A uniform sphere, or parts that together are as heavy."""
+    """A uniform sphere, or several parts of the same total mass."""
 
     material: str
     """Material of the projectile (``run_case --list`` names them all)."""
     radius: PositiveLength
-    """Radius of the projectile; where it has parts, of the ball that is as heavy as all of them."""
+    """Radius of the projectile, or, if it has parts, of a ball of their total mass."""
     parts: tuple[Part, ...] = ()
     """What it is made of, ``[[impact.projectile.parts]]``: a spacecraft's body and its panels, say; by default it is
     the ball itself."""
@@ -313,8 +314,8 @@ class Impact(Model):
     projectile: Projectile
     """What hits, ``[impact.projectile]``."""
     expected_transient_diameter: PositiveLength
-    """Sizes flat ground, the fine zone of the particles, the bed and the lengths of runs where a case does not; no
-    physics. A case may leave it out: scaling laws then give it."""
+    """Sets the extent of flat ground, the fine zone of the particles, the bed and the length of runs where the case
+    leaves them open; it does not enter the physics. If it is left out, scaling laws give it."""
 
     @field_validator("speed")
     @classmethod

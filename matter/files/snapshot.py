@@ -166,14 +166,14 @@ def _restored(value: Any) -> Any:
     return value
 
 
-def write_series(folder: Path, times: dict[str, float], name: str) -> None:
+def write_series(folder: Path, times: dict[str, float]) -> None:
     """Write the ``.series`` index by which ParaView plays the snapshots of ``folder`` in time.
 
     ``times`` maps the file name of a snapshot to its time [s].
     """
     ordered = sorted(times.items(), key=lambda item: (item[1], _number(item[0])))
     files = [{"name": file, "time": time} for file, time in ordered]
-    archive.write_json(folder / f"{name}{SUFFIX}.series", {"file-series-version": "1.0", "files": files})
+    archive.write_json(folder / f"snap{SUFFIX}.series", {"file-series-version": "1.0", "files": files})
 
 
 def series(folder: Path) -> list[Path]:

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import tomllib
+from pathlib import Path
 from typing import Any
+
+from matter.errors import InputError
 
 DEEPEST = 50
 """Tables and lists within one another; a case has five."""
@@ -34,6 +37,15 @@ def loads(text: str) -> dict[str, Any]:
         if not level:
             return content
     raise BeyondLimits(f"nested more than {DEEPEST} deep")
+
+
+def read(path: Path) -> tuple[str, dict[str, Any]]:
+    """Text and content of a TOML file. Raises ``InputError`` where it is no TOML, or not even text."""
+    try:
+        text = path.read_text()
+        return text, loads(text)
+    except ValueError as reason:
+        raise InputError(f"{path} is not valid TOML: {reason}") from None
 
 
 def _inside(value: Any) -> Any:

@@ -1,15 +1,20 @@
 """Regions of ground: a cone of a sphere about its centre, and an upright bowl, box or cylinder of flat ground.
 
 Beds of grains fill them, and what is handed over to a bed is counted in them. Heights are distances from the body's
-centre, or z: the floor lies at ``floor``, undisturbed ground ends at ``datum``, the region at ``top``.
+centre, or z: the floor lies at ``floor``, undisturbed ground ends at ``datum``, the region at ``top``. Above the datum
+the headroom goes on with the same sides: what crosses them there, or goes through them, has left. A layer along the
+sides is damped, so that waves do not come back from them.
+
+A snapshot of grains records its region in the attribute ``domain`` (``KEYS`` of each kind), and its kind in ``frame``.
 """
 
 from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -24,14 +29,67 @@ _GOLDEN = math.pi * (1.0 + math.sqrt(5.0))
 
 
 class Region(ABC):
-    """What cones and upright regions have alike; positions are (n, 3) [m], results (n,)."""
+    """What cones and upright regions have alike; positions are (n, 3) [m], results (n,). ``damped_width`` [m] and
+    ``damping_rate`` [1/s] are those of the damped layer."""
 
+    KEYS: ClassVar[dict[str, str]]
+    """Fields by their keys in a snapshot's attribute ``domain``."""
+    GEOMETRY: ClassVar[tuple[str, ...]]
+    """The keys among them that bound the volume: all that a bed made elsewhere must have."""
     floor: float
+    datum: float
     top: float
+    damped_width: float
+    damping_rate: float
+
+    @property
+    @abstractmethod
+    def frame(self) -> Plane | Sphere:
+        """That of heights above the datum."""
+
+    def as_attribute(self) -> dict[str, Any]:
+        """Plain values for a snapshot's attribute ``domain``."""
+        return {key: getattr(self, name) for key, name in self.KEYS.items()}
+
+    @classmethod
+    def of_attribute(cls, table: Mapping[str, Any], needed: tuple[str, ...] = ()) -> Self:
+        """The region that a snapshot records; of its ``KEYS`` only those ``needed`` must be there, if any are named.
+
+        Raises ``InputError`` naming what is missing, or when the numbers do not bound a volume.
+        """
+        if missing := [key for key in needed or cls.KEYS if key not in table]:
+            raise InputError(f"the snapshot's attribute 'domain' lacks {', '.join(missing)}")
+        values: dict[str, Any] = {
+            name: (str if name == "shape" else int if name.endswith("species") else float)(table[key])
+            for key, name in cls.KEYS.items()
+            if key in table
+        }
+        wide = values.get("radius", 1.0) > 0.0 and 0.0 < values.get("half_angle", 1.0) <= math.pi
+        if not (values["floor"] < values["datum"] <= values["top"] and wide):
+            raise InputError(f"the snapshot's attribute 'domain' bounds no volume: {dict(table)}")
+        return cls(**values)
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """Heights above the datum [m] of floor and top."""
+        return self.floor - self.datum, self.top - self.datum
+
+    @property
+    def pole(self) -> np.ndarray:
+        """Point of the datum (3,) [m] where the projectile hit."""
+        return np.array([0.0, 0.0, self.datum])
+
+    def raised(self, by: float) -> Self:
+        """The same with its top farther up [m]."""
+        return replace(self, top=self.top + by)  # type: ignore[type-var]
 
     @abstractmethod
     def height(self, position: np.ndarray) -> np.ndarray:
         """Distance from the centre, or z [m]."""
+
+    def along(self, position: np.ndarray) -> np.ndarray:
+        """Distance from the axis, along the datum [m]."""
+        return self.frame.distance(position)
 
     @abstractmethod
     def side_depth(self, position: np.ndarray) -> np.ndarray:
@@ -49,20 +107,60 @@ class Region(ABC):
         """Distance from the nearest of floor, sides and top [m], positive inside."""
         return np.minimum(self.wall_depth(position), self.top - self.height(position))
 
+    def depth_along(self, position: np.ndarray) -> np.ndarray:
+        """Distance from the sides along the datum [m], positive inside; that of upright ones is ``side_depth``."""
+        return self.side_depth(position)
+
+    def drag(self, position: np.ndarray) -> np.ndarray:
+        """Damping rate [1/s]: rises with the square of the depth into the damped layer."""
+        if self.damped_width <= 0.0:
+            return np.zeros(len(position))
+        return self.damping_rate * np.clip(1.0 - self.depth_along(position) / self.damped_width, 0.0, 1.0) ** 2
+
+    # the ground does not move (``handoff.domains.whole_body`` is one that turns)
+
+    def flow(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Velocity (n, 3) [m/s] against the ground at rest: the ``velocity`` itself."""
+        return velocity
+
+    def inertial(self, position: np.ndarray, velocity: np.ndarray, spin: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Velocities (n, 3) [m/s] and spins (n, 3) [rad/s] of what has these against the ground: the same."""
+        return velocity, spin
+
+    def pace(self, position: np.ndarray, velocity: np.ndarray) -> np.ndarray:
+        """Speed (n,) [m/s] that errors of momentum count against: that of the flow."""
+        return np.asarray(np.linalg.norm(velocity, axis=1))
+
 
 @dataclass(frozen=True)
 class Cone(Region):
     """Between two spheres about the origin [m], inside ``half_angle`` [rad] of +z; the datum is a sphere between
-    them."""
+    them. Gravity and the cone are both radial, so the cone carries no weight."""
 
+    KEYS: ClassVar[dict[str, str]] = {
+        "core_radius_m": "floor", "datum_radius_m": "datum", "top_radius_m": "top",
+        "cone_half_angle_rad": "half_angle", "damped_width_m": "damped_width", "damping_rate_1_s": "damping_rate",
+        "core_species": "floor_species",
+    }  # fmt: skip
+    GEOMETRY = ("core_radius_m", "datum_radius_m", "top_radius_m", "cone_half_angle_rad")
     floor: float
     datum: float
     top: float
     half_angle: float
+    damped_width: float = 0.0
+    damping_rate: float = 0.0
+    floor_species: int = -1
+
+    def as_attribute(self) -> dict[str, Any]:
+        return {**super().as_attribute(), "arc_radius_m": self.arc}
+
+    def inset(self, by: float) -> Cone:
+        """The same without a layer of this width [m] along floor, cone and top; the cone is narrower by the same angle
+        all along."""
+        return replace(self, floor=self.floor + by, top=self.top - by, half_angle=self.half_angle - by / self.datum)
 
     @property
     def frame(self) -> Sphere:
-        """That of heights above the datum."""
         return Sphere(self.datum)
 
     @property
@@ -80,6 +178,11 @@ class Cone(Region):
         """Solid angle [sr]."""
         return 2.0 * math.pi * (1.0 - math.cos(self.half_angle))
 
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return 2.0 * math.pi / 3.0 * (1.0 - math.cos(self.half_angle)) * (self.top**3 - self.floor**3)
+
     def volume_between(self, low: float, high: float) -> float:
         """Volume between two radii [m^3]."""
         return self.solid_angle * (high**3 - low**3) / 3.0
@@ -91,13 +194,39 @@ class Cone(Region):
         """Angle from the axis [rad]."""
         return np.arctan2(np.hypot(position[:, 0], position[:, 1]), position[:, 2])
 
-    def along(self, position: np.ndarray) -> np.ndarray:
-        """Distance from the axis, along the datum [m]."""
-        return self.datum * self.polar_angle(position)
-
     def side_depth(self, position: np.ndarray) -> np.ndarray:
         inwards = np.clip(self.half_angle - self.polar_angle(position), -math.pi / 2, math.pi / 2)
         return self.height(position) * np.sin(inwards)
+
+    def depth_along(self, position: np.ndarray) -> np.ndarray:
+        return (self.half_angle - self.polar_angle(position)) * self.datum
+
+    def between(self, position: np.ndarray) -> np.ndarray:
+        """(n,) whether each point lies between the faces that are interfaces: floor and top."""
+        radius = self.height(position)
+        return (radius > self.floor) & (radius < self.top)
+
+    def cut_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest face that cuts through uniform matter, positive inside: here the side.
+
+        The floor is the surface of the core, an interface that particles do not straddle.
+        """
+        return self.side_depth(position)
+
+    def on_datum(self, point: np.ndarray) -> np.ndarray:
+        """The point of the datum (3,) [m] below or above a ``point`` (3,)."""
+        return np.asarray(point * (self.datum / np.linalg.norm(point)))
+
+    def polar(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
+        up, east, north = _compass(self.frame, centre)
+        x, y = position @ east, position @ north
+        return self.datum * np.arctan2(np.hypot(x, y), position @ up), np.arctan2(y, x)
+
+    def volume_below(self, height: np.ndarray, area: float) -> float:
+        """Volume [m^3] between the datum and ``height`` (n,) [m] over columns of this ``area`` [m^2] each, positive
+        below the datum."""
+        return float(np.sum((self.datum**3 - (self.datum + height) ** 3) / 3.0) * area / self.datum**2)
 
     def even_points(self, uniform: np.ndarray) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density."""
@@ -115,6 +244,14 @@ class Cone(Region):
         return self.datum * direction, self.datum * np.arccos(cosine), direction
 
 
+def _compass(frame: Plane | Sphere, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Up, east (towards +x) and north at a ``centre`` on the datum."""
+    up = frame.up(centre[None])[0]
+    east = np.array([1.0, 0.0, 0.0]) - up[0] * up
+    east /= np.linalg.norm(east)
+    return up, east, np.cross(up, east)
+
+
 def _directions(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
     """Unit vectors (n, 3) at these angles."""
     sine = np.sqrt(1.0 - cosine**2)
@@ -124,17 +261,27 @@ def _directions(cosine: np.ndarray, azimuth: np.ndarray) -> np.ndarray:
 @dataclass(frozen=True)
 class Upright(Region):
     """``shape`` one of ``SHAPES``, about the z axis; ``radius`` of bowl or cylinder, half the width of a box [m]. A
-    bowl is a half-sphere below the datum, with upright sides above it."""
+    bowl is a half-sphere below the datum, with upright sides above it. ``side_species`` is that of the sides."""
 
+    KEYS: ClassVar[dict[str, str]] = {
+        "shape": "shape", "radius_m": "radius", "floor_m": "floor", "top_m": "top", "datum_m": "datum",
+        "damped_width_m": "damped_width", "damping_rate_1_s": "damping_rate", "floor_species": "floor_species",
+        "side_species": "side_species",
+    }  # fmt: skip
+    GEOMETRY = ("radius_m", "floor_m", "datum_m", "top_m")
     shape: str
     radius: float
     floor: float
     top: float
     datum: float = 0.0
+    damped_width: float = 0.0
+    damping_rate: float = 0.0
+    floor_species: int = -1
+    side_species: int = -1
 
     def __post_init__(self) -> None:
         if self.shape not in SHAPES:
-            raise InputError(f"no region {self.shape!r} of flat ground (there are {', '.join(SHAPES)})")
+            raise InputError(f"unknown shape {self.shape!r} of a region of flat ground ({', '.join(SHAPES)})")
         if not (self.radius > 0.0 and self.floor < self.datum <= self.top):
             raise InputError(
                 f"a {self.shape} of radius {self.radius:.6g} m between {self.floor:.6g} and {self.top:.6g} m holds "
@@ -145,9 +292,16 @@ class Upright(Region):
                 f"a bowl is as deep as its radius: radius {self.radius:.6g} m, floor at {self.floor:.6g} m"
             )
 
+    def inset(self, by: float) -> Upright:
+        """The same shape without a layer of this width [m] along floor, sides and top."""
+        return replace(self, radius=self.radius - by, floor=self.floor + by, top=max(self.top - by, 0.0))
+
+    def part(self, radius: float) -> Upright:
+        """The disc of this ``radius`` [m] about the axis."""
+        return replace(self, shape="cylinder", radius=radius)
+
     @property
     def frame(self) -> Plane:
-        """That of heights above the datum."""
         return Plane(self.datum)
 
     @property
@@ -159,6 +313,11 @@ class Upright(Region):
     def area(self) -> float:
         """Area of the datum inside [m^2]."""
         return float(self.cross_section(np.array(self.datum)))
+
+    @property
+    def volume(self) -> float:
+        """Volume [m^3]."""
+        return float(self.volume_between(self.floor, self.top))
 
     def cross_section(self, height: np.ndarray) -> np.ndarray:
         """Area at a height [m^2]."""
@@ -182,10 +341,6 @@ class Upright(Region):
     def height(self, position: np.ndarray) -> np.ndarray:
         return np.asarray(position[:, 2])
 
-    def along(self, position: np.ndarray) -> np.ndarray:
-        """Distance from the axis, along the datum [m]."""
-        return np.hypot(position[:, 0], position[:, 1])
-
     def side_depth(self, position: np.ndarray) -> np.ndarray:
         if self.shape == "box":
             return self.radius - np.abs(position[:, :2]).max(axis=1)
@@ -194,6 +349,46 @@ class Upright(Region):
             return self.radius - across
         low = np.linalg.norm(position - np.array([0.0, 0.0, self.datum]), axis=1)
         return self.radius - np.where(position[:, 2] < self.datum, low, across)
+
+    def between(self, position: np.ndarray) -> np.ndarray:
+        """(n,) whether each point lies between the faces that are interfaces: below the top."""
+        return position[:, 2] < self.top
+
+    def cut_depth(self, position: np.ndarray) -> np.ndarray:
+        """(n,) distance [m] to the nearest face that cuts through uniform matter, positive inside: side and floor."""
+        return self.wall_depth(position)
+
+    def on_datum(self, point: np.ndarray) -> np.ndarray:
+        """The point of the datum (3,) [m] below or above a ``point`` (3,)."""
+        return np.array([point[0], point[1], self.datum])
+
+    def polar(self, position: np.ndarray, centre: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Distance along the datum [m] and azimuth [rad] of points (n, 3) about a ``centre`` on the datum."""
+        _, east, north = _compass(self.frame, centre)
+        x, y = position @ east, position @ north
+        x, y = x - centre @ east, y - centre @ north
+        return np.hypot(x, y), np.arctan2(y, x)
+
+    def volume_below(self, height: np.ndarray, area: float) -> float:
+        """Volume [m^3] between the datum and ``height`` (n,) [m] over columns of this ``area`` [m^2] each, positive
+        below the datum."""
+        return float(np.sum(-height) * area)
+
+    def drawn_in(self, position: np.ndarray, radius: np.ndarray) -> np.ndarray:
+        """Centres (n, 3) [m] of grains of these radii (n,) [m]; those within their radius of floor, sides or top are
+        moved inwards until they touch."""
+        x, y, z = position.T
+        reach = self.radius - radius
+        z = np.minimum(z, self.top - radius)
+        if self.shape != "bowl":
+            z = np.maximum(z, self.floor + radius)
+        if self.shape == "box":
+            return np.column_stack([np.clip(x, -reach, reach), np.clip(y, -reach, reach), z])
+        distance = np.hypot(np.hypot(x, y), np.minimum(z, 0.0) if self.shape == "bowl" else 0.0)
+        inwards = np.minimum(reach / np.maximum(distance, 1e-300), 1.0)
+        return np.column_stack(
+            [x * inwards, y * inwards, np.where(z < 0.0, z * inwards, z) if self.shape == "bowl" else z]
+        )
 
     def even_points(self, uniform: np.ndarray) -> np.ndarray:
         """Map (n, 3) numbers in the unit cube to points of even density."""

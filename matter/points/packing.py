@@ -13,8 +13,6 @@ import numpy as np
 
 from matter.compilation.jit import kernel
 from matter.geometry import neighbours
-from matter.points.cut_region import Cut
-from matter.points.region import Interior
 from matter.points.regions import Region, Shell
 
 FOUND = 0.8
@@ -108,7 +106,7 @@ def _number_density(position, spacing, index, entry, count, wanted, out):
 
 def graded(
     spacing: Callable[[np.ndarray], np.ndarray],
-    region: Region | Interior | Cut,
+    region: Region,
     rng: np.random.Generator,
     sweeps: int = 120,
     finest: float | None = None,
@@ -164,7 +162,7 @@ def graded(
 
 def _by_distance(
     spacing: Callable[[np.ndarray], np.ndarray],
-    region: Region | Interior | Cut,
+    region: Region,
     rng: np.random.Generator,
     about: np.ndarray,
     reach: float,

@@ -1,18 +1,36 @@
-"""Bounded regions of space that points fill: a shell, and slabs (between two heights) of flat ground.
+"""Bounded regions of space that points fill: a shell, slabs (between two heights) of flat ground, what mirrors leave
+of these, and the inside of a solid.
 
-Each has ``volume`` [m^3], draws points evenly, tells which points are ``inside``, mirrors points at its walls (so that
-a relaxing set of points meets them in smooth layers), and keeps points off its walls by a margin.
+Each has ``volume`` [m^3], draws ``random_points`` (count, 3) evenly, tells which points are ``inside`` (n,), mirrors
+points at its walls (so that a relaxing set of points meets them in smooth layers), and keeps points off its walls by a
+margin.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from matter.solids.distance import Distance
+from matter.solids.solid import Solid
+
 Mirrored = tuple[np.ndarray, np.ndarray]
 """Points with their images behind them, (m, 3) [m], and the index of the original of each, (m,)."""
+OFF = 0.25
+"""Points keep at least this fraction of a spacing off a mirror: half of it lets them meet it as a layer."""
+
+
+def _drawn_inside(draw: Callable[[], np.ndarray], region: Slab | Interior, count: int) -> np.ndarray:
+    """The first ``count`` (n, 3) of those that ``draw`` gives which lie inside the ``region``."""
+    points = np.empty((0, 3))
+    while len(points) < count:
+        trial = draw()
+        points = np.concatenate([points, trial[region.inside(trial)]])
+    return points[:count]
 
 
 @dataclass(frozen=True)
@@ -27,7 +45,6 @@ class Shell:
         return 4.0 / 3.0 * math.pi * (self.outer**3 - self.inner**3)
 
     def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """``count`` random points (n, 3)."""
         direction = rng.normal(size=(count, 3))
         direction /= np.linalg.norm(direction, axis=1)[:, None]
         return (
@@ -35,7 +52,6 @@ class Shell:
         )
 
     def inside(self, points: np.ndarray) -> np.ndarray:
-        """(n,) bool."""
         r = np.linalg.norm(points, axis=1)
         return (r > self.inner) & (r < self.outer)
 
@@ -99,7 +115,6 @@ class Slab:
         return (4.0 if self.shape == "box" else math.pi) * self.radius**2 * (self.top - self.bottom)
 
     def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
-        """``count`` random points (n, 3)."""
         if self.shape == "box":
             low = np.array([-self.radius, -self.radius, self.bottom])
             return low + (np.array([self.radius, self.radius, self.top]) - low) * rng.random((count, 3))
@@ -108,14 +123,9 @@ class Slab:
             height = self.bottom + (self.top - self.bottom) * rng.random(count)
             return np.stack([r * np.cos(azimuth), r * np.sin(azimuth), height], axis=1)
         around = Slab("cylinder", math.sqrt(self.radius**2 - self.top**2), self.bottom, self.top)
-        points = np.empty((0, 3))
-        while len(points) < count:
-            trial = around.random_points(rng, count)
-            points = np.concatenate([points, trial[self.inside(trial)]])
-        return points[:count]
+        return _drawn_inside(lambda: around.random_points(rng, count), self, count)
 
     def inside(self, points: np.ndarray) -> np.ndarray:
-        """(n,) bool."""
         if self.shape == "box":
             within = (np.abs(points[:, :2]) < self.radius).all(axis=1)
         elif self.shape == "cylinder":
@@ -160,4 +170,86 @@ class Slab:
         return points
 
 
-Region = Shell | Slab
+@dataclass(frozen=True)
+class Cut:
+    """The part of ``whole`` on the positive side of planes through the axis, which mirror it: where the coordinates of
+    ``axes`` are positive."""
+
+    whole: Shell | Slab
+    axes: tuple[int, ...]
+
+    @property
+    def volume(self) -> float:
+        return self.whole.volume / 2 ** len(self.axes)
+
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        points = self.whole.random_points(rng, count)
+        for axis in self.axes:
+            np.abs(points[:, axis], out=points[:, axis])
+        return points
+
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        here = self.whole.inside(points)
+        for axis in self.axes:
+            here = here & (points[:, axis] > 0.0)
+        return here
+
+    def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
+        """Points and their images within two spacings of the walls and of the mirrors."""
+        position, owner = self.whole.mirrored(points, spacing)
+        for axis in self.axes:
+            near = np.flatnonzero(np.abs(position[:, axis]) < 2.0 * spacing[owner])
+            image = position[near].copy()
+            image[:, axis] *= -1.0
+            position, owner = np.concatenate([position, image]), np.concatenate([owner, owner[near]])
+        return position, owner
+
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+        """Points off the walls, and ``OFF`` spacings off the mirrors."""
+        points = self.whole.off_walls(points, spacing)
+        for axis in self.axes:
+            points[:, axis] = np.maximum(points[:, axis], OFF * spacing)
+        return points
+
+
+@dataclass(frozen=True, eq=False)
+class Interior:
+    """The inside of ``solid``; ``distance`` is measured from its surface, behind which images stand."""
+
+    solid: Solid
+    distance: Distance
+
+    @property
+    def volume(self) -> float:
+        return self.solid.volume
+
+    @cached_property
+    def _box(self) -> tuple[np.ndarray, np.ndarray]:
+        return self.solid.vertices.min(axis=0), self.solid.vertices.max(axis=0)
+
+    def random_points(self, rng: np.random.Generator, count: int) -> np.ndarray:
+        low, high = self._box
+        return _drawn_inside(lambda: low + (high - low) * rng.random((count, 3)), self, count)
+
+    def inside(self, points: np.ndarray) -> np.ndarray:
+        return self.distance.at(points)[0] > 0.0
+
+    def mirrored(self, points: np.ndarray, spacing: np.ndarray) -> Mirrored:
+        """Points and their images within two spacings of the surface."""
+        depth, inwards = self.distance.at(points)
+        near = np.flatnonzero(np.abs(depth) < 2.0 * spacing)
+        images = points[near] - 2.0 * depth[near, None] * inwards[near]
+        # behind an edge or a neck an image may come to lie inside again: it would push where nothing is
+        behind = self.distance.at(images)[0] < 0.0
+        return np.concatenate([points, images[behind]]), np.concatenate([np.arange(len(points)), near[behind]])
+
+    def off_walls(self, points: np.ndarray, spacing: np.ndarray) -> np.ndarray:
+        """Points at least a tenth of a spacing inside the surface."""
+        for _ in range(4):  # beyond an edge the nearest way in leads to the next face
+            depth, inwards = self.distance.at(points)
+            short = np.maximum(0.1 * spacing - depth, 0.0)
+            points = points + short[:, None] * inwards
+        return points
+
+
+Region = Shell | Slab | Cut | Interior

@@ -8,8 +8,8 @@ from __future__ import annotations
 from typing import Any
 
 
-def stream(dimensions: int, seed: int) -> Any:
-    """A ``scipy.stats.qmc.Sobol`` of points in the unit cube of so many ``dimensions``, scrambled by ``seed``."""
+def stream(seed: int) -> Any:
+    """A ``scipy.stats.qmc.Sobol`` of points in the unit cube, scrambled by ``seed``."""
     from scipy.stats import qmc  # here, not above: half a second of every command, and few draw
 
-    return qmc.Sobol(dimensions, scramble=True, rng=seed)
+    return qmc.Sobol(3, scramble=True, rng=seed)

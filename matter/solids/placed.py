@@ -49,9 +49,9 @@ class Placed(NamedTuple):
         """Angular velocity (3,) [1/s] of a rotation of this ``period`` [s] about the spin axis; none for None."""
         return 2.0 * math.pi / period * self.spin_axis if period else np.zeros(3)
 
-    def over_equator(self, longitude: float, distance: float) -> np.ndarray:
-        """Place (3,) [m] at a ``distance`` [m] from the centre of mass over the equator, at a ``longitude`` [rad]."""
-        return distance * self.turn @ np.array([math.cos(longitude), math.sin(longitude), 0.0])
+    def over_equator(self, distance: float) -> np.ndarray:
+        """Position (3,) [m] at a ``distance`` [m] from the centre of mass over the equator, at longitude 0."""
+        return distance * self.turn @ np.array([1.0, 0.0, 0.0])
 
     def velocity(self, speed: float, angle: float) -> tuple[float, float, float]:
         """Velocity [m/s] of a projectile at ``angle`` [rad] from the vertical of the site."""

@@ -23,8 +23,8 @@ class CaseTable(Model):
     stages: Annotated[tuple[Literal["nbody", "sph", "bed", "handoff", "dem", "crater"], ...], Field(min_length=1)] = (
         "nbody", "sph", "bed", "handoff", "dem", "crater",
     )  # fmt: skip
-    """The stages that this case has. By default ``nbody`` where the case has its table or leaves speed or angle to it,
-    ``sph``, then ``bed``, ``handoff`` and ``dem`` where there is weight and strength does not hold the crater,
+    """Stages that the case runs. By default ``nbody`` if the case has that table or leaves speed or angle to it,
+    ``sph``, then ``bed``, ``handoff`` and ``dem`` if there is gravity and strength does not hold the crater, and
     ``crater``."""
 
     @field_validator("sources")

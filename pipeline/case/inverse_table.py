@@ -21,9 +21,8 @@ class InverseTable(Model):
     seconds. They give ``diameter_apparent_m`` alone."""
     observed: dict[str, Any]
     """Measure -> ``["14.5 m", "0.8 m"]``, its value and standard error, ``["14.5 m", "0.5 m", "0.8 m"]`` where the
-    error is another below than above it, or the name of an observed crater that has it.
-    ``depth_m`` is that of the final crater; other columns of the sweep's table have their whole name,
-    ``transient/depth_m``."""
+    lower and the upper error differ, or the name of an observed crater that has it. ``depth_m`` is the depth of the
+    final crater; give other columns of the sweep's table by their full name, ``transient/depth_m``."""
     discrepancy: dict[str, float] = Field(default_factory=dict)
     """Measure -> how far the model itself may be off, as a fraction: the scale of a half-normal prior. By default 0.08
     for diameters and 0.15 for all else."""

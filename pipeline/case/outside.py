@@ -99,10 +99,7 @@ def no_ground(files: Mapping[str, Path], settings: Mapping[str, Model]) -> list[
 
 
 def _check_impact(path: Path) -> None:
-    try:
-        content = toml_input.loads(path.read_text())
-    except ValueError as reason:
-        raise InputError(f"{path} is not valid TOML: {reason}") from None
+    _, content = toml_input.read(path)
     missing = [key for key in ("speed", "angle_from_vertical") if key not in content]
     if missing:
         raise InputError(f"{path} lacks {', '.join(missing)}: it does not say how the projectile hits")

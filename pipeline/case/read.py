@@ -113,11 +113,7 @@ def read(where: Path, preset: str | None = None, overrides: Iterable[str] = (), 
     file = where / "case.toml" if where.is_dir() else where
     if not file.is_file():
         raise InputError(f"no case at {where}: give a folder that holds case.toml, or the file itself")
-    try:
-        text = file.read_text()
-        content = toml_input.loads(text)
-    except ValueError as reason:  # no TOML, or not even text
-        raise InputError(f"{file} is not valid TOML: {reason}") from None
+    text, content = toml_input.read(file)
     name = file.resolve().parent.name if file.name == "case.toml" else file.stem
     inverse, overrides = _inverse(content.pop("inverse", {}), overrides)
     if set(content) == {"sweep"} and isinstance(content["sweep"], dict):
@@ -234,10 +230,7 @@ def with_impact(case: Case, file: Path) -> Case:
 
     The encounters' stage has written the values there that ``[impact]`` pins; a file from elsewhere replaces them.
     """
-    try:
-        content = toml_input.loads(file.read_text())
-    except ValueError as reason:
-        raise InputError(f"{file} is not valid TOML: {reason}") from None
+    _, content = toml_input.read(file)
     given = {key: content[key] for key in (*FROM_ENCOUNTERS, "projectile") if key in content}
     document = case.document if case.before is None else case.before
     own = document.get("impact", {})

@@ -34,8 +34,8 @@ class SweepTable(Model):
     """Key of the case -> list of its values, or of its two limits: ``"impact.angle_from_vertical" = ["15 deg", "40
     deg"]``."""
     points: tuple[dict[str, Any], ...] = ()
-    """For ``points``: a table for each member, keys of the case with their values; ``name`` is what it is called,
-    ``case`` another case than that of the others."""
+    """For ``points``: one table per member, with keys of the case and their values; ``name`` names the member, and
+    ``case`` gives it a case of its own."""
     prior: dict[str, Prior] = Field(default_factory=dict)
     """For ``prior``: the distribution of each drawn quantity, in their order."""
     derive: dict[str, str] = Field(default_factory=dict)
@@ -43,10 +43,11 @@ class SweepTable(Model):
     bulk_density"``, of drawn quantities, numbers, quantities in quotes, + - * / ** and sqrt, exp, log, sin, cos, tan,
     atan."""
     whole_chain: Annotated[int, Field(ge=0)] | None = None
-    """For ``prior``: so many members, the first, run all stages; the others end with the shock stage. Without it all
-    run all stages."""
+    """For ``prior``: how many members, counted from the first, run all stages; the others end with the shock stage. By
+    default every member runs all stages."""
     members: Annotated[int, Field(ge=1, le=100_000)] = 16
-    """How many are drawn, for ``lhs``, ``sobol`` and ``prior``. Those of a ``prior`` stay when there are more."""
+    """Number of draws, for ``lhs``, ``sobol`` and ``prior``. A larger number adds members to a ``prior`` and keeps
+    those that it has."""
     seed: Annotated[int, Field(ge=0)] = 1
     """Seed of the draws."""
 

@@ -14,6 +14,7 @@ import os
 import signal
 import sys
 from collections.abc import Callable
+from dataclasses import fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, NoReturn
 
@@ -40,6 +41,11 @@ def foreign_rooms() -> list[str]:
     return sentences
 
 
+def script(function: Callable[..., Any]) -> Callable[[], NoReturn]:
+    """The console script of a command function."""
+    return functools.partial(start, function)
+
+
 def start(function: Callable[..., Any]) -> NoReturn:
     """Run one command function with the process's arguments and end with its exit code."""
     for number in (signal.SIGINT, signal.SIGTERM):  # until a run can save something, to stop is simply to stop
@@ -50,21 +56,30 @@ def start(function: Callable[..., Any]) -> NoReturn:
         pretty_exceptions_enable=False, rich_markup_mode=None, context_settings={"help_option_names": ["-h", "--help"]}
     )
     app.command()(_with_version(function))
-    app(prog_name=function.__name__.strip("_"))
+    app(prog_name=function.__name__)
     raise SystemExit(0)
 
 
 def _with_version(function: Callable[..., Any]) -> Callable[..., Any]:
-    """The command with an option ``--version``: typer reads options from a signature."""
+    """The command with an option ``--version``; of a parameter whose type is a dataclass every field is an option.
+    typer reads options from a signature."""
+    signature = inspect.signature(function, eval_str=True)
+    groups: dict[str, Any] = {
+        name: one.annotation for name, one in signature.parameters.items() if is_dataclass(one.annotation)
+    }
 
     @functools.wraps(function)
     def command(*given: Any, version: bool = False, **options: Any) -> Any:
+        for name, group in groups.items():
+            options[name] = group(**{field.name: options.pop(field.name) for field in fields(group)})
         return function(*given, **options)
 
     option = Annotated[
         bool, typer.Option("--version", is_eager=True, callback=show_version, help="Print the version and exit.")
     ]
-    parameters = list(inspect.signature(function, eval_str=True).parameters.values())
+    parameters: list[inspect.Parameter] = []
+    for name, one in signature.parameters.items():
+        parameters += inspect.signature(groups[name]).parameters.values() if name in groups else [one]
     parameters.append(inspect.Parameter("version", inspect.Parameter.KEYWORD_ONLY, default=False, annotation=option))
     command.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
     command.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}

@@ -5,166 +5,95 @@ from __future__ import annotations
 import os
 import sys
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from pipeline.commands import run_options as options
 from pipeline.commands.command import guarded
-
-RUNS = Path("runs")
-
-
-class Given(NamedTuple):
-    """What a user gave of the options."""
-
-    case: str | None
-    preset: list[str] | None
-    size: str | None
-    overrides: list[str] | None
-    out: Path | None
-    start: str | None
-    until: str | None
-    threads: int | None
-    check: bool
-    verify: bool
-    anyway: bool
-    checkpoint_every: str | None
-    fresh: bool
-    movie: bool
-    movie_field: str | None
-    describe: bool
-    names: bool
-    schema: Path | None
-    sweep: bool
-    vary: list[str] | None
-    ensemble: int | None
-    errors: bool
-    forecast: bool
-    invert: bool
-    scheduler: str | None
-    status: bool
-    emit: str | None
-    copy: str | None
-    prune: bool
-    budget: str | None
-
-    @property
-    def folder(self) -> Path:
-        """Where run folders are made."""
-        return self.out or RUNS
+from pipeline.commands.run_options import Disk, Film, Many, Reference, Run, Which
 
 
-def run_case(
-    case: options.Case = None,
-    preset: options.Preset = None,
-    size: options.Size = None,
-    overrides: options.Overrides = None,
-    out: options.Out = None,
-    start: options.Start = None,
-    until: options.Until = None,
-    threads: options.Threads = None,
-    check: options.Check = False,
-    verify: options.Verify = False,
-    anyway: options.Anyway = False,
-    checkpoint_every: options.CheckpointEvery = None,
-    fresh: options.Fresh = False,
-    movie: options.Movie = False,
-    movie_field: options.MovieField = None,
-    describe: options.Describe = False,
-    names: options.Names = False,
-    schema: options.Schema = None,
-    sweep: options.Sweep = False,
-    vary: options.Vary = None,
-    ensemble: options.Ensemble = None,
-    errors: options.Errors = False,
-    forecast: options.Forecast = False,
-    invert: options.Invert = False,
-    scheduler: options.Scheduler = None,
-    status: options.Status = False,
-    emit: options.Emit = None,
-    copy: options.Copy = None,
-    prune: options.Prune = False,
-    budget: options.Budget = None,
-) -> None:
+def run_case(which: Which, run: Run, film: Film, reference: Reference, many: Many, disk: Disk) -> None:
     """Run or resume the stages nbody sph bed handoff dem crater of a case.
 
     The same command continues after any kind of stop.
     """
-    given = Given(**locals())
-    guarded(lambda: _done(given))
+    guarded(lambda: _done(which, run, film, reference, many, disk))
 
 
-def _done(given: Given) -> int:
+def _done(which: Which, run: Run, film: Film, reference: Reference, many: Many, disk: Disk) -> int:
     """Do what the options ask for; the exit code."""
-    if given.describe or given.names or given.schema:
-        return _told(given.case, given.describe, given.names, given.schema)
-    if given.copy:
-        return _copied(given.copy, given.case)
-    if given.prune:
-        return _pruned(given.case, given.folder, given.budget, given.check)
+    if reference.describe or reference.names or reference.schema:
+        return _told(which.case, reference)
+    if disk.copy:
+        return _copied(disk.copy, which.case)
+    if disk.prune:
+        return _pruned(which.case, run.folder, disk.budget, run.check)
     from matter.files import archive
     from matter.wording import drawing
     from pipeline.running import going_on
 
-    if given.movie or given.movie_field:  # said before the run, not after it
+    if film.movie or film.movie_field:  # said before the run, not after it
         drawing.require("a movie")
-    archive.check_folder(given.folder)
-    if given.threads is not None and "numba" not in sys.modules:
-        os.environ["NUMBA_NUM_THREADS"] = str(given.threads)
-    preset = _single("--preset", given.preset)
-    read = going_on.read(Path(_needed(given.case)), preset, given.overrides or (), given.out, given.size)
-    if given.invert:
-        return _inverted(read, given)
-    if given.errors:
-        return _with_errors(read, given)
-    if given.sweep or given.vary or given.status or given.emit or given.forecast or given.ensemble is not None:
-        return _swept(read, given)
-    return _one_run(read, given)
+    archive.check_folder(run.folder)
+    if run.threads is not None and "numba" not in sys.modules:
+        os.environ["NUMBA_NUM_THREADS"] = str(run.threads)
+    preset = _single("--preset", which.preset)
+    read = going_on.read(Path(_needed(which.case)), preset, which.overrides or (), run.out, which.size)
+    if many.invert:
+        return _inverted(read, run, many)
+    if many.errors:
+        return _with_errors(read, run, many)
+    if many.sweep or many.vary or many.status or many.emit or many.forecast or many.ensemble is not None:
+        return _swept(read, run, many)
+    if many.scheduler:
+        from matter.errors import InputError
+
+        raise InputError("--scheduler goes with --sweep, --vary, --forecast or --ensemble")
+    return _one_run(read, run, film, disk.budget, which.size)
 
 
-def _inverted(read: Any, given: Given) -> int:
+def _inverted(read: Any, run: Run, many: Many) -> int:
     """From an observed crater to what made it."""
     from pipeline.commands import invert_command
 
     others = [
-        (given.sweep or given.vary or given.status, "options of a sweep"),
-        (given.forecast, "--forecast"),
-        (given.errors, "--errors"),
-        (given.ensemble is not None, "--ensemble"),
-        (given.emit, "--emit"),
-        (given.start or given.fresh, "--from and --fresh"),
+        (many.sweep or many.vary or many.status, "options of a sweep"),
+        (many.forecast, "--forecast"),
+        (many.errors, "--errors"),
+        (many.ensemble is not None, "--ensemble"),
+        (many.emit, "--emit"),
+        (run.start or run.fresh, "--from and --fresh"),
     ]
-    return invert_command.inverted(read, given.folder, others, given.check)
+    return invert_command.inverted(read, run.folder, others, run.check)
 
 
-def _with_errors(read: Any, given: Given) -> int:
+def _with_errors(read: Any, run: Run, many: Many) -> int:
     """Measure the errors of a case by further runs."""
     from pipeline.commands import error_command
 
     others = [
-        (given.sweep or given.vary, "a sweep"),
-        (given.forecast, "--forecast"),
-        (given.ensemble is not None, "--ensemble"),
-        (given.emit, "--emit"),
-        (given.until, "--until"),
+        (many.sweep or many.vary, "a sweep"),
+        (many.forecast, "--forecast"),
+        (many.ensemble is not None, "--ensemble"),
+        (many.emit, "--emit"),
+        (run.until, "--until"),
     ]
-    return error_command.with_errors(read, given.folder, given.threads, given.check, given.status, others)
+    return error_command.with_errors(read, run.folder, run.threads, run.check, many.status, others)
 
 
-def _swept(read: Any, given: Given) -> int:
+def _swept(read: Any, run: Run, many: Many) -> int:
     """Run, show or write down the members of a sweep."""
     from pipeline.commands import sweep_command
 
-    instead = [(given.check, "--check"), (given.status, "--status"), (given.emit, "--emit")]
+    instead = [(run.check, "--check"), (many.status, "--status"), (many.emit, "--emit")]
     return sweep_command.swept(
-        read, given.folder, given.vary or [], given.ensemble, given.until, given.threads, instead,
-        given.start or given.fresh, given.scheduler, given.forecast,
+        read, run.folder, many.vary or [], many.ensemble, run.until, run.threads, instead,
+        run.start or run.fresh, many.scheduler, many.forecast,
     )  # fmt: skip
 
 
-def _one_run(read: Any, given: Given) -> int:
+def _one_run(read: Any, given: Run, film: Film, budget: str | None, size: str | None) -> int:
     """Check, verify, or run and resume one case."""
     from matter.cadence import Pace, set_pace
-    from matter.errors import InputError
     from pipeline.running import plan
     from pipeline.running import prune as pruning
     from pipeline.running.request import Request, sensible, settings_of
@@ -175,11 +104,9 @@ def _one_run(read: Any, given: Given) -> int:
     check_sweep(read.sweep)
     if given.checkpoint_every:
         set_pace(Pace.from_text(given.checkpoint_every))
-    if given.scheduler:
-        raise InputError("--scheduler goes with --sweep, --vary, --forecast or --ensemble")
     request = Request(read, given.folder, given.start, given.until, given.fresh, given.threads)
-    if given.budget:
-        request = _fitted(request, pruning.size_of(given.budget), given.size)
+    if budget:
+        request = _fitted(request, pruning.size_of(budget), size)
     if given.check:
         return _checked(request, settings_of(request))
     if given.verify:
@@ -193,8 +120,8 @@ def _one_run(read: Any, given: Given) -> int:
         outcome = run(request, display)
     finally:
         display.close()
-    if given.movie or given.movie_field:
-        _draw_movie(outcome.run, given.movie_field or "material")
+    if film.movie or film.movie_field:
+        _draw_movie(outcome.run, film.movie_field or "material")
     return _concluded(request.case, outcome)
 
 
@@ -217,17 +144,17 @@ def _single(option: str, given: list[str] | None) -> str | None:
     return given[0] if given else None
 
 
-def _told(topic: str | None, describe: bool, names: bool, file: Path | None) -> int:
+def _told(topic: str | None, reference: Reference) -> int:
     """What is known about case files: their keys, the names that they may take, their schema."""
-    if describe:
+    if reference.describe:
         from pipeline.commands import key_reference
 
         print(key_reference.describe(topic))
-    if names:
+    if reference.names:
         from pipeline.commands import listing
 
         print(listing.listing(topic))
-    if file:
+    if file := reference.schema:
         from pipeline.commands import schema
 
         schema.write(file)

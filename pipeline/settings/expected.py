@@ -119,11 +119,7 @@ CRATERS = ("transient", "transient_at_maximum_depth", "final")
 
 @lru_cache(maxsize=8)
 def _read(file: Path, stamp: int) -> dict[str, Preset]:
-    try:
-        text = file.read_text()
-        content = toml_input.loads(text)
-    except ValueError as reason:  # no TOML, or not even text
-        raise InputError(f"{file} is not valid TOML: {reason}") from None
+    text, content = toml_input.read(file)
     lines, faults, presets = toml_lines.key_lines(text), [], {}
     for name, table in content.items():
         try:

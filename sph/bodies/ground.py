@@ -20,8 +20,7 @@ from matter.case.body import Target
 from matter.errors import InputError
 from matter.geometry.ground_region import OF_TARGET
 from matter.points import packing
-from matter.points.cut_region import Cut
-from matter.points.regions import Slab
+from matter.points.regions import Cut, Slab
 from sph.bodies import symmetry as symmetries
 from sph.bodies.target import Body, Zones, loaded, spacing_law
 from sph.materials.rows import Materials

@@ -21,7 +21,7 @@ from matter.case.body import Target
 from matter.constants import G
 from matter.errors import InputError
 from matter.points import packing
-from matter.points.region import Interior
+from matter.points.regions import Interior
 from matter.solids.distance import Distance, measured, sides
 from matter.solids.placed import Placed
 from matter.solids.solid import Solid
@@ -134,7 +134,7 @@ def _companion(target: Target) -> dict[str, Any] | None:
     impact."""
     if (one := target.companion) is None:
         return None
-    position = target.placed.over_equator(0.0, one.distance)
+    position = target.placed.over_equator(one.distance)
     return {"mass_kg": one.mass, "place_m": position.tolist(), "axis": target.placed.spin_axis.tolist()}
 
 

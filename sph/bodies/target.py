@@ -22,8 +22,7 @@ from matter.compilation.jit import kernel
 from matter.constants import G
 from matter.errors import InputError
 from matter.points import packing
-from matter.points.cut_region import Cut
-from matter.points.regions import Shell
+from matter.points.regions import Cut, Shell
 from sph.bodies import symmetry as symmetries
 from sph.materials.rows import Materials, collect
 from sph.porosity import dispatch as porosity

@@ -64,11 +64,6 @@ def _bent(step: np.ndarray) -> np.ndarray:
     return bent
 
 
-def cut_cells(along: np.ndarray, up: np.ndarray) -> np.ndarray:
-    """Which cells (n - 1, k - 1) have a side that is cut."""
-    return along[:, 1:] | along[:, :-1] | up[1:] | up[:-1]
-
-
 def along_density(x: np.ndarray, value: np.ndarray, cut: np.ndarray) -> np.ndarray:
     """df/dx at the nodes ``x`` (n,) of ``value`` (n, k): of the parabola through three, at most three times the lesser
     of the two steps beside it (Hyman 1983); ``cut`` (n - 1, k): steps across a phase boundary."""

@@ -40,13 +40,13 @@ class Numerics(Model):
     """Numerical choices of the shock stage."""
 
     numerics: Literal["monaghan", "reconstructed"] = "reconstructed"
-    """A set of choices that were measured together; single keys go before. ``monaghan``: alpha = 2, beta = 10, courant
-    = 0.3, gradients = "plain", kernel = "cubic_spline", support = 2, conductivity = 0, with Monaghan's viscosity
-    (``sph.viscosity``), present volumes and fixed smoothing lengths. ``reconstructed``: alpha = 3, beta = 10, courant
-    = 0.45, gradients = "normalised", kernel = "wendland", support = 2.6, conductivity = 8, with the viscosity of
-    reconstructed velocity jumps, which smooth flow hardly feels (``sph.viscosity.reconstructed``), the volumes of the
-    start (right behind strong shocks; ``sph.pairs.start_volumes``) and smoothing lengths that follow the density
-    (``sph.pairs.smoothing``, ``length_terms``); twice the neighbours."""
+    """A set of choices that were measured together; single keys override it. ``monaghan``: alpha = 2, beta = 10,
+    courant = 0.3, gradients = "plain", kernel = "cubic_spline", support = 2, conductivity = 0, with Monaghan's
+    viscosity (``sph.viscosity``), present volumes and fixed smoothing lengths. ``reconstructed``: alpha = 3, beta =
+    10, courant = 0.45, gradients = "normalised", kernel = "wendland", support = 2.6, conductivity = 8, with the
+    viscosity of reconstructed velocity jumps, which smooth flow hardly feels (``sph.viscosity.reconstructed``), the
+    volumes of the start (right behind strong shocks; ``sph.pairs.start_volumes``) and smoothing lengths that follow
+    the density (``sph.pairs.smoothing``, ``length_terms``); twice the neighbours."""
     alpha: Annotated[float, Field(ge=0, le=10)] = _of_set("alpha")
     """Linear coefficient of the artificial viscosity; by default that of ``numerics``."""
     beta: Annotated[float, Field(ge=0, le=50)] = _of_set("beta")

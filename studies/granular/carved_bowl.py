@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from dem.beds.bed_domain import Container
+from dem.beds import bed_walls
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact
 from dem.grains.assembly import Assembly
 from matter.cadence import Cadence
 from matter.errors import InputError
 from matter.files import checkpoint
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 from matter.progress import Progress, stop_here
 
@@ -88,9 +89,9 @@ def relax(
 
     With a folder ``out`` it goes on from the checkpoint there.
     """
-    box = Container.of_attribute(bed.attributes["domain"])
+    box = Upright.of_attribute(bed.attributes["domain"])
     start = carved(bed, width, depth)
-    run = Assembly(start, contact, box.walls(), Field.constant((0.0, 0.0, -g)), threads=threads)
+    run = Assembly(start, contact, bed_walls.walls(box), Field.constant((0.0, 0.0, -g)), threads=threads)
     saved = checkpoint.newest(out) if out else None
     if saved is not None:
         run.restore(checkpoint.SavedState(*saved))

@@ -26,7 +26,6 @@ import numpy as np
 from scipy.optimize import brentq, least_squares
 
 from dem.beds import flat_bed
-from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.settings import Settings
 from dem.contact.columns import RADIUS
@@ -37,6 +36,7 @@ from dem.grains.assembly import Assembly, Extras
 from dem.stiffness import stiffening
 from matter.case.body import Impact, Target
 from matter.files import snapshot
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 from matter.progress import stop_here
 from studies.granular import carved_bowl
@@ -83,7 +83,7 @@ def settled(seed: int, radius: float, height: float, out: Path) -> Particles:
 
 def walls(bed: Particles) -> list[Wall]:
     """Floor and side of the bed's cylinder, which has no upper end."""
-    box = Container.of_attribute(bed.attributes["domain"])
+    box = Upright.of_attribute(bed.attributes["domain"])
     return [Wall(PLANE, point=(0.0, 0.0, box.floor), species=box.floor_species), cylinder(box.radius)]
 
 
@@ -95,7 +95,7 @@ def level(bed: Particles) -> float:
 
 def bulk(bed: Particles) -> tuple[float, float]:
     """Solid fraction, and mass over volume, a bead and a half away from floor, side and surface."""
-    box = Container.of_attribute(bed.attributes["domain"])
+    box = Upright.of_attribute(bed.attributes["domain"])
     x, width, low, top = bed.position, box.radius - 1.5, box.floor + 1.5, level(bed) - 1.5
     inner = (np.hypot(x[:, 0], x[:, 1]) < width) & (x[:, 2] > low) & (x[:, 2] < top)
     volume = math.pi * width**2 * (top - low)

@@ -25,7 +25,7 @@ def write(folder, times, grains=False):
         if grains:
             fields = {"position": p, "radius": np.full(len(p), 0.15)}
         snapshot.write(Particles(fields, {"time": time}), folder / f"snap_{number:04d}.vtkhdf")
-    snapshot.write_series(folder, {f"snap_{k:04d}.vtkhdf": t for k, t in enumerate(times)}, "snap")
+    snapshot.write_series(folder, {f"snap_{k:04d}.vtkhdf": t for k, t in enumerate(times)})
 
 
 def test_frames_of_both_stages_in_order(tmp_path):

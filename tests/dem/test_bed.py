@@ -5,12 +5,12 @@ import json
 import numpy as np
 import pytest
 
-from dem.beds import settling, stage
-from dem.beds.bed_domain import Cap
+from dem.beds import bed_walls, settling, stage
 from dem.beds.layered_body import LayeredBody
 from dem.grains.assembly import Assembly
 from matter.errors import InputError
 from matter.files import snapshot
+from matter.geometry.ground_region import Cone
 from tests.dem import bodies
 from tests.dem.stops import interrupted, same_grains
 
@@ -65,10 +65,10 @@ def assembled(bed_run, bed, keep=None):
     particles = bed if keep is None else bed.select(keep)
     particles.tables.update(bed.tables)
     body = LayeredBody.read(bed_run / "2_sph" / "target.json")
-    domain = Cap.of_attribute(bed.attributes["domain"])
+    domain = Cone.of_attribute(bed.attributes["domain"])
     from dem.contact.settings import Contact
 
-    return Assembly(particles, Contact(), domain.walls(), body.gravity())
+    return Assembly(particles, Contact(), bed_walls.walls(domain), body.gravity())
 
 
 def test_carved_at_the_datum_it_keeps_still(bed_run, bed):
@@ -102,7 +102,7 @@ def test_the_headroom_touches_without_load(bed_run, bed):
 def test_grains_do_not_lie_in_layers_along_the_datum(bed):
     """Of the grain centres within a quarter radius of the datum there are as many as elsewhere, a quarter less at
     most; half of them where the weight of packing grains ended at the datum."""
-    domain = Cap.of_attribute(bed.attributes["domain"])
+    domain = Cone.of_attribute(bed.attributes["domain"])
     r = bed.radius.mean()
     inner = domain.side_depth(bed.position) > 3.0 * r
     height = (domain.height(bed.position)[inner] - domain.datum) / r

@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 from dem.beds import stage as bed_stage
-from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.grading import Grading
 from dem.grains import pair_list, size_levels
@@ -16,6 +15,7 @@ from matter.blocks import block_file, placing
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.files import snapshot
+from matter.geometry.ground_region import Upright
 from tests.dem import bodies
 from tests.dem.test_flat_bed import IMPACT, TARGET, write_ground
 
@@ -100,7 +100,7 @@ def test_spheres_of_ellipsoids_that_overlap_are_moved_apart():
     placed = [{"at": (0.0, 0.0), "depth": 3.0, **flat}, {"at": (0.0, 0.0), "depth": 5.2, **flat}]
     target = Target(**TARGET.model_dump() | {"blocks": [{"material": "gabbro", "law": "list", "placed": placed}]})
     blocks = block_file.particles(target, placing.of_target(target), DENSITY)
-    box, sizes = Container("cylinder", 10.0, -10.0, 2.0), Grading(0.5, 5.0, 0.0)
+    box, sizes = Upright("cylinder", 10.0, -10.0, 2.0), Grading(0.5, 5.0, 0.0)
     found = block_grains.of_ground(blocks, "", box, sizes)
     assert np.linalg.norm(found.position[1] - found.position[0]) == pytest.approx(found.radius.sum(), rel=1e-6)
     np.testing.assert_allclose(found.position.mean(axis=0), blocks.position.mean(axis=0), atol=1e-12)

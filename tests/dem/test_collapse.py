@@ -9,6 +9,7 @@ import pytest
 from pydantic import ValidationError
 
 from dem import stage
+from dem.beds import bed_walls
 from dem.beds.flat_ground import ground_of
 from dem.collapse import collapse_run as collapsing
 from dem.collapse.origins import Origins
@@ -119,31 +120,31 @@ def test_a_light_grain_does_not_set_the_step(carved, result):
 
 
 def test_the_bowl_fills(carved, result):
-    from dem.beds.bed_domain import Cap
     from dem.collapse.stillness import surface_profile
     from dem.contact.settings import Contact
     from dem.grains.assembly import Assembly
+    from matter.geometry.ground_region import Cone
 
     profiles = []
     for path in (result / "snap_0000.vtkhdf", result / "last.vtkhdf"):
         grains = snapshot.read(path)
-        domain = Cap.of_attribute(grains.attributes["domain"])
-        profiles.append(surface_profile(Assembly(grains, Contact(), domain.walls()), domain))
+        domain = Cone.of_attribute(grains.attributes["domain"])
+        profiles.append(surface_profile(Assembly(grains, Contact(), bed_walls.walls(domain)), domain))
     assert profiles[0][0] < -0.5 * DEPTH
     assert profiles[1][0] > profiles[0][0] + 30e3
 
 
 def final(out):
     """Profile of the last snapshot [m] in rings of two mean radii, mean radius, mass that flies or has been booked."""
-    from dem.beds.bed_domain import Cap
     from dem.collapse.stillness import surface_profile
     from dem.contact.settings import Contact
     from dem.grains.assembly import Assembly
+    from matter.geometry.ground_region import Cone
 
     grains = snapshot.read(out / "last.vtkhdf")
-    domain = Cap.of_attribute(grains.attributes["domain"])
+    domain = Cone.of_attribute(grains.attributes["domain"])
     return (
-        surface_profile(Assembly(grains, Contact(), domain.walls()), domain),
+        surface_profile(Assembly(grains, Contact(), bed_walls.walls(domain)), domain),
         grains.radius.mean(),
         grains.mass[grains.state != 0].sum(),
     )

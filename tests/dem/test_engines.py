@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 from dem import stage
-from dem.beds.bed_domain import Container
+from dem.beds import bed_walls
 from dem.beds.flat_ground import ground_of
 from dem.beds.layered_body import LayeredBody
 from dem.collapse import external
@@ -29,6 +29,7 @@ from dem.grains.assembly import Assembly, shortest_contact_time
 from matter import progress
 from matter.errors import InputError, Stopped
 from matter.files import snapshot
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 from studies.granular import carved_bowl
 from tests.dem import scenes
@@ -284,14 +285,14 @@ def test_a_grain_on_a_wall_carries_its_weight(tmp_path, engine, wall, place, nor
 def test_walls_of_a_container_end_at_its_top(tmp_path, engine, shape):
     """Two grains that fly towards a side, one above the top and one below it: the one is gone beyond the side, the
     other is thrown back."""
-    container = Container(shape, 30.0, -30.0, 10.0)
+    container = Upright(shape, 30.0, -30.0, 10.0)
     law = GrainLaw(friction=0.0, restitution=1.0)
     grains = scenes.grains(
         [[25.0, 0.0, 5.0], [0.0, 25.0, 15.0]], velocity=np.array([[5.0, 0.0, 0.0], [0.0, 5.0, 0.0]])
     )
     dt = shortest_contact_time(grains.mass, grains.stiffness) / 30
     scene = Scene(
-        grains, Contact(shell=law), container.walls(), Field.constant((0.0, 0.0, -1e-3)), dt, 80.0, container
+        grains, Contact(shell=law), bed_walls.walls(container), Field.constant((0.0, 0.0, -1e-3)), dt, 80.0, container
     )
     steps = 100 * math.ceil(0.02 / dt)
     table = run_engine(engine, scene, Plan(steps, steps), tmp_path / shape)
@@ -305,13 +306,19 @@ def test_walls_of_a_container_end_at_its_top(tmp_path, engine, shape):
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
 def test_the_damped_layer_of_a_container(tmp_path, engine, shape):
     """Speeds that its drag has taken are those of the container's own rates."""
-    container = Container(shape, 30.0, -30.0, 10.0, damped_width=8.0, damping_rate=2.0)
+    container = Upright(shape, 30.0, -30.0, 10.0, damped_width=8.0, damping_rate=2.0)
     place = np.array(
         [[10.0, 0, -5], [25.0, 0, -5], [0, -27.0, -8], [12.0, 12.0, -20.0], [24.0, 3.0, 12.0], [26.0, 3.0, 8.0]]
     )
     grains = scenes.grains(place, velocity=np.tile([0.0, 0.0, 1e-3], (6, 1)))
     scene = Scene(
-        grains, Contact(shell=scenes.SMOOTH), container.walls(), Field.constant((0.0, 0.0, 0.0)), 1e-3, 80.0, container
+        grains,
+        Contact(shell=scenes.SMOOTH),
+        bed_walls.walls(container),
+        Field.constant((0.0, 0.0, 0.0)),
+        1e-3,
+        80.0,
+        container,
     )
     table = run_engine(engine, scene, Plan(500, 500), tmp_path / shape)
     drag = np.where(place[:, 2] > container.top, 0.0, container.drag(place))
@@ -439,11 +446,11 @@ def native(carved):  # noqa: F811
 
 
 def profile(folder):
-    from dem.beds.bed_domain import Cap
     from dem.collapse.stillness import COLUMN
+    from matter.geometry.ground_region import Cone
 
     last = snapshot.read(folder / "last.vtkhdf")
-    domain = Cap.of_attribute(last.attributes["domain"])
+    domain = Cone.of_attribute(last.attributes["domain"])
     bed = last.select(last.identity < 10_000)
     distance = np.linalg.norm(bed.position, axis=1)
     arc = domain.datum * domain.polar_angle(bed.position)

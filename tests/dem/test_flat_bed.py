@@ -6,9 +6,8 @@ import math
 import numpy as np
 import pytest
 
-from dem.beds import flat_settling, grain_packing
+from dem.beds import bed_walls, flat_settling, grain_packing
 from dem.beds import stage as bed_stage
-from dem.beds.bed_domain import Container
 from dem.beds.flat_ground import FlatGround
 from dem.contact.settings import Contact, GrainLaw
 from dem.contact.walls import distance, rows
@@ -17,6 +16,7 @@ from matter import cadence
 from matter.case.body import Impact, Target
 from matter.errors import InputError
 from matter.files import snapshot
+from matter.geometry.ground_region import Upright
 from matter.wording import drawing
 from studies.granular import carved_bowl
 from tests.dem.stops import interrupted, same_grains
@@ -108,7 +108,10 @@ def test_the_bed_stays_as_it_is_without_its_headroom(random_bed):
     from dem.contact.gravity import Field
 
     run = Assembly(
-        carved, Contact(), Container.of_attribute(bed.attributes["domain"]).walls(), Field.constant((0.0, 0.0, -1.0))
+        carved,
+        Contact(),
+        bed_walls.walls(Upright.of_attribute(bed.attributes["domain"])),
+        Field.constant((0.0, 0.0, -1.0)),
     )
     before = run.particles({}).position
     for _ in range(int(2.0 / run.dt)):
@@ -130,8 +133,8 @@ def test_a_tilted_lattice_has_no_level_layers(tmp_path):
     layers."""
     bed, report = settled(tmp_path, shape="bowl", packing="hcp_tilted", arc_radius=8.0, radius_spread=0.0, count=900)
     check_at_rest(report)
-    level, radius = grain_packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6))
-    tilted, _ = grain_packing.hexagonal_in(900, Container("bowl", 8.0, -8.0, 1.6), tilted=True)
+    level, radius = grain_packing.hexagonal_in(900, Upright("bowl", 8.0, -8.0, 1.6))
+    tilted, _ = grain_packing.hexagonal_in(900, Upright("bowl", 8.0, -8.0, 1.6), tilted=True)
     step = 2.0 * radius * math.sqrt(2.0 / 3.0)  # between layers
 
     def order(points):  # 1 where all heights are whole layers apart, about 0 where they are spread
@@ -151,7 +154,7 @@ def test_a_bowl_of_mixed_grains_under_weak_gravity_with_stiff_springs(tmp_path):
     assert report["inflation_of_gravity"] > 3.0
     assert report["overlap"]["mean"] < 1e-3
     assert 0.58 < report["packing_fraction"] < 0.66
-    domain = Container.of_attribute(bed.attributes["domain"])
+    domain = Upright.of_attribute(bed.attributes["domain"])
     assert (
         domain.side_depth(bed.position[bed.headroom == 0]).min() > 0.9 * bed.radius.min()
     )  # headroom may lean out above the walls
@@ -216,7 +219,7 @@ def test_a_carved_cavity_slumps_and_a_stopped_one_ends_alike(random_bed, tmp_pat
 
 @pytest.mark.parametrize("shape", ["bowl", "box", "cylinder"])
 def test_containers(shape):
-    box = Container(shape, 10.0, -10.0, 2.0)
+    box = Upright(shape, 10.0, -10.0, 2.0)
     rng = np.random.default_rng(1)
     points = rng.uniform(-10.0, 10.0, (200_000, 3))
     points[:, 2] = rng.uniform(-10.0, 2.0, len(points))
@@ -226,15 +229,15 @@ def test_containers(shape):
     lower = inside & (points[:, 2] < -4.0)
     assert lower.mean() * volume == pytest.approx(box.volume_between(-10.0, -4.0), rel=0.02)
     # the nearest wall is as far as the container says
-    table = rows(box.walls())
+    table = rows(bed_walls.walls(box))
     for x, depth in zip(points[inside][:300], box.depth_inside(points[inside][:300])):
         nearest = min(distance(row, *x)[0] for row in table)
         assert min(nearest, 2.0 - x[2]) == pytest.approx(depth, abs=1e-9)
-    assert Container.of_attribute(box.as_attribute()) == box
+    assert Upright.of_attribute(box.as_attribute()) == box
 
 
 def test_hexagonal_lattice_fits():
-    box = Container("bowl", 10.0, -10.0, 1.0)
+    box = Upright("bowl", 10.0, -10.0, 1.0)
     points, radius = grain_packing.hexagonal_in(2000, box)
     assert len(points) == pytest.approx(2000, rel=0.1)
     assert box.depth_inside(points).min() >= radius * (1 - 1e-6)

@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from dem.beds.bed_domain import Cap, Container
+from dem.beds import bed_walls
 from dem.collapse import flight, flight_collisions
 from dem.collapse.collapse_run import COLUMNS
 from dem.contact.gravity import Field
 from dem.contact.settings import Contact, GrainLaw
 from dem.grains.assembly import ACTIVE, BALLISTIC, LEFT, REASONS, Assembly, Extras
+from matter.geometry.ground_region import Cone, Upright
 from tests.dem.scenes import grains
 
 LAW = Contact(shell=GrainLaw(restitution=0.6, friction=0.4))
@@ -97,8 +98,8 @@ def test_a_crossing_cloud_keeps_its_sums_and_shares_no_places():
 def test_a_grain_that_comes_down_on_the_upper_edge_of_a_wall_is_booked(shape):
     """Its centre half a radius inside: in the wall it would be by half a radius at once, with 1250 J. Another comes
     back into the search."""
-    box = Container(shape, 9.0, -9.0, 1.0)
-    bed = flying([[8.5, 0, 6.0], [-7.0, 0, 6.0]], [[0, 0, -1.0], [0, 0, -1.0]], g=1.0, walls=box.walls())
+    box = Upright(shape, 9.0, -9.0, 1.0)
+    bed = flying([[8.5, 0, 6.0], [-7.0, 0, 6.0]], [[0, 0, -1.0], [0, 0, -1.0]], g=1.0, walls=bed_walls.walls(box))
     before = total(bed)
     for step in range(150):
         if step % flight.EVERY == 0:
@@ -110,20 +111,22 @@ def test_a_grain_that_comes_down_on_the_upper_edge_of_a_wall_is_booked(shape):
 
 
 def test_the_side_of_a_cone_is_as_far_as_its_wall_says():
-    cone = Cap(5.0, 9.0, 10.0, 0.3, 0.0, 0.0, 0)
+    cone = Cone(5.0, 9.0, 10.0, 0.3, 0.0, 0.0, 0)
     from dem.contact.walls import distance
 
     x = np.array([[1.0, 0.5, 8.0], [0.2, 0.0, 6.0]])
-    row = cone.walls()[1].row()
+    row = bed_walls.walls(cone)[1].row()
     assert cone.side_depth(x) == pytest.approx([distance(row, *p)[0] for p in x])
 
 
 def test_what_sinks_past_the_edge_of_a_wall_begins_unloaded():
     """In the contact search, as the outermost grain of a heap: springs with an offset begin at zero force there, and
     push when it goes on outwards."""
-    box = Container("cylinder", 9.0, -9.0, 1.0)
+    box = Upright("cylinder", 9.0, -9.0, 1.0)
     start = grains([[8.5, 0, 1.5]], velocity=np.array([[0.0, 0, 0]]))
-    bed = Assembly(start, LAW, box.walls(), Field.constant((0.0, 0.0, -1.0)), dt=0.002, extras=Extras(offset=True))
+    bed = Assembly(
+        start, LAW, bed_walls.walls(box), Field.constant((0.0, 0.0, -1.0)), dt=0.002, extras=Extras(offset=True)
+    )
     before = total(bed)
     for _ in range(1000):
         bed.step()

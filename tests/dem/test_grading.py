@@ -4,14 +4,14 @@ import numpy as np
 import pytest
 
 from dem.beds import expected_grains, extent, grading, grain_packing, stage
-from dem.beds.bed_domain import Container
 from matter import cadence
+from matter.geometry.ground_region import Upright
 from tests.dem.stops import interrupted, same_grains
 from tests.dem.test_flat_bed import IMPACT, TARGET, check_at_rest, settled
 
 SMALL = IMPACT.model_copy(update={"expected_transient_diameter": 3.0})  # fine within 2.1 m
 USUAL = dict(impact=SMALL, arc_radius=5.5, depth=3.0, headroom_fraction=0.2, growth=0.1)
-CONTAINERS = [Container("cylinder", 50.0, -20.0, 4.0), Container("bowl", 50.0, -50.0, 4.0)]
+CONTAINERS = [Upright("cylinder", 50.0, -20.0, 4.0), Upright("bowl", 50.0, -50.0, 4.0)]
 
 
 def sizes_of(attribute):

@@ -7,13 +7,13 @@ import pytest
 from scipy.spatial import cKDTree
 
 from dem.beds import bed_measures, loose_packing, stage
-from dem.beds.bed_domain import Cap, Container
 from dem.beds.flat_ground import FlatGround
 from dem.beds.settling_phases import LOOSE_PHASES
 from dem.collapse import ground_fraction
 from dem.contact.settings import Contact, GrainLaw
 from dem.trials import angle_of_friction, friction_angle
 from matter.files import snapshot
+from matter.geometry.ground_region import Cone, Upright
 from matter.particles import Particles
 from matter.points.packing import hexagonal
 from tests.dem import bodies
@@ -80,7 +80,7 @@ def test_its_surface_is_level_at_the_datum(loose):
     """What the grains below the datum fill, of the whole from the floor up, is the bulk to a tenth of a radius less
     the layer along the walls; headroom reaches as high as it is asked to, within a radius."""
     bed, report = loose
-    box, below = Container.of_attribute(report["domain"]), bed.headroom == 0
+    box, below = Upright.of_attribute(report["domain"]), bed.headroom == 0
     inside = box.side_depth(bed.position) > 3.0 * bed.radius.mean()
     high, r = bed.position[:, 2], bed.radius.mean()
     upper = below & inside & (high > -2.0 * r)
@@ -127,7 +127,7 @@ def test_a_cap_is_loose_where_it_is_solid(tmp_path, bed_settings):
     assert abs(report["mass_error"]) < 0.01
     assert report["floor_pressure_Pa"] == pytest.approx(report["floor_pressure_target_Pa"], rel=0.05)
     bed = snapshot.read(tmp_path / "3_bed" / "bed.vtkhdf")
-    domain = Cap.of_attribute(bed.attributes["domain"])
+    domain = Cone.of_attribute(bed.attributes["domain"])
     height, r = domain.height(bed.position), bed.radius.mean()
     inner = domain.side_depth(bed.position) > 3.0 * r
     solid = inner & (height > 1946.9e3 + r) & (height < 2101.8e3 - r)
@@ -141,7 +141,7 @@ def test_a_liquid_alone_is_close(tmp_path, monkeypatch):
     monkeypatch.setattr("dem.contact.settings.LIQUIDS", ("basalt",))
     write_ground(tmp_path / "target.json")
     ground, contact = FlatGround.read(tmp_path / "target.json"), Contact()
-    box = Container("box", 10.0, -10.0, 2.0)
+    box = Upright("box", 10.0, -10.0, 2.0)
     loose = loose_packing.LooseBed.of_law(ground, box, contact)
     assert loose.fraction.tolist() == [loose_packing.CLOSE]
     assert [phase.name for phase in loose.phases(1.0)] == [phase.name for phase in LOOSE_PHASES]
@@ -150,7 +150,7 @@ def test_a_liquid_alone_is_close(tmp_path, monkeypatch):
 def test_radii_and_height_at_the_start_follow_from_the_fraction(tmp_path):
     """All grains, grown, make the wanted part of what the box holds without its walls' layer, first higher up."""
     write_ground(tmp_path / "target.json")
-    box = Container("box", 10.0, -10.0, 2.0)
+    box = Upright("box", 10.0, -10.0, 2.0)
     loose = loose_packing.LooseBed(FlatGround.read(tmp_path / "target.json"), box, np.array([0.57]))
     radius = loose.radii(np.random.default_rng(1).uniform(0.85, 1.15, 1000))
     volume = 4.0 / 3.0 * np.pi * float(np.sum((loose_packing.GROWN * radius) ** 3))
@@ -167,7 +167,7 @@ def test_the_fraction_round_a_cavity_is_that_of_the_packing():
     ring holds few grains."""
     radius = 0.5
     points = hexagonal(2.0 * radius / 2.0 ** (1.0 / 6.0), 27.0, rotate=True)
-    box = Container("box", 15.0, -15.0, 2.0)
+    box = Upright("box", 15.0, -15.0, 2.0)
     points = points[(points[:, 2] < 0.0) & (np.abs(points).max(axis=1) < 15.0)]
     points = points[np.linalg.norm(points, axis=1) > 6.0]
     grains = Particles(

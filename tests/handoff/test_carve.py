@@ -3,7 +3,7 @@ import pytest
 from scipy.spatial import cKDTree
 
 from fixtures import clouds
-from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
+from fixtures.clouds import CAVITY
 from handoff.domains import domain
 from handoff.source import cloud_surface
 from handoff.transfer import carve, transfer
@@ -13,14 +13,7 @@ from matter.geometry.alpha_shape import alpha_shape
 
 @pytest.fixture(scope="module")
 def carved(flat_bed, ground):
-    source = clouds.flat_source(
-        1.7,
-        ARC_FLAT,
-        DEPTH,
-        lambda p: -np.sqrt(np.maximum(CAVITY**2 - p[:, 0] ** 2 - p[:, 1] ** 2, 0.0)),
-        lambda p: np.zeros_like(p),
-    )
-    return transfer.hand_over(source, flat_bed, cloud_surface.Rules(), ground)
+    return transfer.hand_over(clouds.bowl_source(), flat_bed, cloud_surface.Rules(), ground)
 
 
 def test_grains_stay_by_their_centres_and_do_not_move(flat_bed, carved):
@@ -119,9 +112,9 @@ def test_domain_points_are_even_and_columns_cover_it():
 def test_flat_domains_are_the_beds_own_containers(shape):
     """What the bed stage records, read here: same volume, same distances from the walls, points of even density
     inside."""
-    from dem.beds.bed_domain import Container
+    from matter.geometry.ground_region import Upright
 
-    bed = Container(shape, 10.0, -10.0, 2.0)
+    bed = Upright(shape, 10.0, -10.0, 2.0)
     region = domain.read({"frame": "plane", "domain": bed.as_attribute()})
     assert region.volume == pytest.approx(bed.volume_between(-10.0, 2.0), rel=1e-12)
     points = region.even_points(np.random.default_rng(1).uniform(size=(20_000, 3)))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from fixtures import clouds
-from fixtures.clouds import ARC_FLAT, CAVITY, DEPTH
+from fixtures.clouds import ARC_FLAT
 from handoff.ledger_rows import account
 from handoff.source import cloud_surface, grain_size
 from handoff.transfer import transfer
@@ -27,13 +27,7 @@ def test_the_size_is_that_at_the_impact_where_the_bed_says_it(flat_bed):
 
 
 def test_the_ledger_counts_in_grains_at_the_impact_and_says_how_far_the_bed_reaches(flat_bed, ground):
-    source = clouds.flat_source(
-        1.7,
-        ARC_FLAT,
-        DEPTH,
-        lambda p: -np.sqrt(np.maximum(CAVITY**2 - p[:, 0] ** 2 - p[:, 1] ** 2, 0.0)),
-        lambda p: np.zeros_like(p),
-    )
+    source = clouds.bowl_source()
     bed = said(flat_bed, radius_m=0.8)
     handed = transfer.hand_over(source, bed, cloud_surface.Rules(), ground)
     ledger, hole = account.ledger_of(handed, source, bed, ground, {}), handed.carving.size.radius

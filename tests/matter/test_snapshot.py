@@ -129,9 +129,7 @@ def test_pyvista_plays_a_series_in_time(tmp_path):
         some.attributes["time"] = time
         some["damage"] = np.full(1000, time)
         snapshot.write(some, tmp_path / f"snap_{number:04d}.vtkhdf")
-    snapshot.write_series(
-        tmp_path, {"snap_0000.vtkhdf": 0.0, "snap_0001.vtkhdf": 60.0, "snap_0002.vtkhdf": 90.0}, "snap"
-    )
+    snapshot.write_series(tmp_path, {"snap_0000.vtkhdf": 0.0, "snap_0001.vtkhdf": 60.0, "snap_0002.vtkhdf": 90.0})
     reader = pyvista.get_reader(tmp_path / "snap.vtkhdf.series")
     assert reader.time_values == [0.0, 60.0, 90.0]
     reader.set_active_time_value(90.0)
@@ -220,7 +218,7 @@ def test_a_file_cut_short_is_a_message(tmp_path, full):
 def test_the_series_index_lists_snapshots_in_order_of_time(tmp_path, full):
     for name in ("snap_0001", "snap_0000"):
         snapshot.write(full, tmp_path / f"{name}.vtkhdf")
-    snapshot.write_series(tmp_path, {"snap_0001.vtkhdf": 60.0, "snap_0000.vtkhdf": 0.0}, "snap")
+    snapshot.write_series(tmp_path, {"snap_0001.vtkhdf": 60.0, "snap_0000.vtkhdf": 0.0})
     index = json.loads((tmp_path / "snap.vtkhdf.series").read_text())
     assert [entry["name"] for entry in index["files"]] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf"]
     assert [path.name for path in snapshot.series(tmp_path)] == ["snap_0000.vtkhdf", "snap_0001.vtkhdf"]
@@ -231,6 +229,6 @@ def test_snapshots_beyond_the_9999th_stay_in_order(tmp_path):
     for name in reversed(names):
         (tmp_path / name).touch()
     assert [path.name for path in snapshot.series(tmp_path)] == names
-    snapshot.write_series(tmp_path, dict.fromkeys(reversed(names), 5.0), "snap")  # one moment: by their numbers
+    snapshot.write_series(tmp_path, dict.fromkeys(reversed(names), 5.0))  # one moment: by their numbers
     index = json.loads((tmp_path / "snap.vtkhdf.series").read_text())
     assert [entry["name"] for entry in index["files"]] == names

@@ -6,9 +6,9 @@ import json
 import numpy as np
 import pytest
 
-from sph import stage
 from sph.boundary import external_budget
 from sph.stepping import history
+from tests.sph.stage_runs import finished_run
 from tests.sph.test_ground import IMPACT, flat, settings
 
 OBLIQUE = {"impact": IMPACT.model_copy(update={"angle_from_vertical": 0.7}), "numerics": "reconstructed"}
@@ -16,9 +16,7 @@ OBLIQUE = {"impact": IMPACT.model_copy(update={"angle_from_vertical": 0.7}), "nu
 
 def finished(folder, **changes):
     """Report, first and last row of the history of a run."""
-    out = folder / "2_sph"
-    out.mkdir()
-    stage.run(settings(**changes), folder, out)
+    out = finished_run(settings(**changes), folder)
     with open(out / "history.csv", newline="") as file:
         rows = [{k: float(v) for k, v in row.items() if k != "dt_limit"} for row in csv.DictReader(file)]
     return json.loads((out / "stage_report.json").read_text()), rows[0], rows[-1]

@@ -16,7 +16,7 @@ from sph.bodies import ground
 from sph.bodies.target import Zones
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
-from tests.sph.stops import stopped
+from tests.sph.stage_runs import finished_run, resumed_run
 
 LAYERS = (Layer(name="rock", material="basalt", thickness=6e3), Layer(name="cover", material="ice", thickness=4e3))
 IMPACT = Impact(
@@ -99,11 +99,7 @@ def test_particles_carry_the_layer_masses(shape, uniform):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    root = tmp_path_factory.mktemp("ground")
-    out = root / "2_sph"
-    out.mkdir()
-    stage.run(settings(), root, out)
-    return root
+    return finished_run(settings(), tmp_path_factory.mktemp("ground")).parent
 
 
 def test_the_stage_on_flat_ground(finished):
@@ -174,15 +170,7 @@ def test_nothing_is_said_of_escape_where_the_escape_speed_is_not_known(finished,
 
 
 def test_stopped_and_resumed_ground_is_the_same_to_the_last_bit(finished, tmp_path, monkeypatch):
-    out = tmp_path / "2_sph"
-    out.mkdir()
-    phase, _ = stopped(monkeypatch, lambda: stage.run(settings(), tmp_path, out), 4.7)
-    assert phase == "impact"
-    stage.run(settings(), tmp_path, out)
-    a, b = snapshot.read(finished / "2_sph" / "last.vtkhdf"), snapshot.read(out / "last.vtkhdf")
-    for field in a:
-        assert np.array_equal(a[field], b[field]), field
-    assert (out / "history.csv").read_bytes() == (finished / "2_sph" / "history.csv").read_bytes()
+    assert resumed_run(monkeypatch, settings(), tmp_path, 4.7, finished / "2_sph") == "impact"
 
 
 def test_a_periodic_block_on_a_wall_resumes_to_the_last_bit(tmp_path, monkeypatch):
@@ -198,16 +186,9 @@ def test_a_periodic_block_on_a_wall_resumes_to_the_last_bit(tmp_path, monkeypatc
         relaxation_time=0.5,
         control=True,
     )
-    whole, cut = tmp_path / "a", tmp_path / "b"
-    for folder in (whole, cut):
-        folder.mkdir()
-    stage.run(chosen, tmp_path, whole)
-    phase, _ = stopped(monkeypatch, lambda: stage.run(chosen, tmp_path, cut), 0.7)
-    assert phase == "impact"
-    stage.run(chosen, tmp_path, cut)
-    a, b = snapshot.read(whole / "last.vtkhdf"), snapshot.read(cut / "last.vtkhdf")
-    for field in a:
-        assert np.array_equal(a[field], b[field]), field
+    whole = finished_run(chosen, tmp_path / "a")
+    assert resumed_run(monkeypatch, chosen, tmp_path / "b", 0.7, whole) == "impact"
+    a = snapshot.read(whole / "last.vtkhdf")
     assert a.position[:, 2].min() > -6.3e3 and np.abs(a.velocity).max() < 30.0
 
 

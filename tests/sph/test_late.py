@@ -16,7 +16,7 @@ from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.stepping import late
-from tests.sph.stops import stopped
+from tests.sph.stage_runs import stopped
 
 WEAK = Choice(
     strength="drucker_prager",

@@ -8,14 +8,13 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from matter.case.body import Impact, Layer, Projectile, Target
 from matter.files import snapshot
 from sph import stage
 from sph.bodies import target
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.porosity import p_alpha
-from tests.sph.stops import stopped
+from tests.sph.stage_runs import CALLISTO, IMPACT, finished_run, resumed_run
 
 SHELL = Choice(
     strength="drucker_prager",
@@ -23,24 +22,11 @@ SHELL = Choice(
     p_alpha={"alpha0": 1.3, "elastic_speed": "2 km/s"},
     crush_quadratic={"Pe": "20 MPa", "Ps": "500 MPa"},
 )
-BODY = Target(
-    layers=(
-        Layer(name="core", material="basalt", thickness=1842e3),
-        Layer(name="ocean", material="water", thickness=150e3),
-        Layer(name="shell", material="ice", thickness=150e3),
-    )
-)
-IMPACT = Impact(
-    speed=18234.0,
-    angle_from_vertical=math.radians(40),
-    projectile=Projectile(material="ice", radius=53.9e3),
-    expected_transient_diameter=980e3,
-)
 
 
 def settings(**changes):
     values = dict(
-        target=BODY, impact=IMPACT, spacing_at_impact=150e3, spacing_far=320e3, fine_radius=300e3, growth=0.2,
+        target=CALLISTO, impact=IMPACT, spacing_at_impact=150e3, spacing_far=320e3, fine_radius=300e3, growth=0.2,
         contact_refinement=1.5,
         relaxation_time=60.0, end_time=30.0, snapshot_interval=15.0, history_interval=5.0, materials={"ice": SHELL},
     )  # fmt: skip
@@ -49,16 +35,12 @@ def settings(**changes):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    root = tmp_path_factory.mktemp("porous")
-    out = root / "2_sph"
-    out.mkdir()
-    stage.run(settings(), root, out)
-    return out
+    return finished_run(settings(), tmp_path_factory.mktemp("porous"))
 
 
 def test_the_shell_starts_in_balance_compacted_by_its_own_weight():
-    materials = collect(BODY.materials, {"ice": SHELL})
-    profile = target.hydrostatic(BODY, materials=materials)
+    materials = collect(CALLISTO.materials, {"ice": SHELL})
+    profile = target.hydrostatic(CALLISTO, materials=materials)
     shell = profile.layer == 2
     assert profile.distention[~shell].max() == 1.0
     assert profile.distention[shell][-1] == pytest.approx(1.3, abs=1e-3) and profile.distention[shell][0] < 1.25
@@ -95,14 +77,7 @@ def test_conservation_and_the_crush_curve(finished):
 
 
 def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, monkeypatch):
-    out = tmp_path / "2_sph"
-    out.mkdir()
-    phase, _ = stopped(monkeypatch, lambda: stage.run(settings(), tmp_path, out), 72)
-    assert phase == "impact"
-    stage.run(settings(), tmp_path, out)
-    a, b = snapshot.read(finished / "last.vtkhdf"), snapshot.read(out / "last.vtkhdf")
-    for field in a:
-        assert np.array_equal(a[field], b[field]), field
+    assert resumed_run(monkeypatch, settings(), tmp_path, 72, finished) == "impact"
 
 
 def test_predamaged_target_is_broken_from_the_start(tmp_path):

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from fixtures import isentropes
+from fixtures import isentropes, tables
 from matter.case.material import TABLES
 from matter.formats import sesame
 from sph.eos import dispatch, table, table_slopes
@@ -49,7 +49,7 @@ class Shipped(NamedTuple):
 def opened(name):
     row, source = table.row(SHIPPED[name]), sesame.read(SHIPPED[name].file)
     x = np.log(source.rho)
-    cut = table_slopes.cut_cells(*table_slopes.cut_sides(x, source.u, source.P))
+    cut = tables.cut_cells(x, source.u, source.P)
     mixed = table_slopes.mixed(x, source.P)
     both = mixed[1:, 1:] & mixed[:-1, 1:] & mixed[1:, :-1] & mixed[:-1, :-1]
     return Shipped(name, row, source, cut, both & ~cut, ~cut & ~both)

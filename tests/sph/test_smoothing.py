@@ -11,7 +11,7 @@ from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.pairs import smoothing
 from sph.stepping.numerics import LIMITS_OF_LENGTH
-from tests.sph.stops import stopped
+from tests.sph.stage_runs import stopped
 from tests.sph.test_stage import settings
 
 BASALT = collect(("basalt",))

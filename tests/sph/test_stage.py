@@ -2,39 +2,24 @@
 
 import csv
 import json
-import math
 
 import numpy as np
 import pytest
 
-from matter.case.body import Impact, Layer, Projectile, Target
+from matter.case.body import Layer, Target
 from matter.errors import InputError, UnphysicalState
-from matter.files import checkpoint, snapshot
+from matter.files import snapshot
 from matter.geometry import tree
 from sph import stage
 from sph.stepping import history, watch
-from tests.sph.stops import stopped
-
-TARGET = Target(
-    layers=(
-        Layer(name="core", material="basalt", thickness=1842e3),
-        Layer(name="ocean", material="water", thickness=150e3),
-        Layer(name="shell", material="ice", thickness=150e3),
-    )
-)
-IMPACT = Impact(
-    speed=18234.0,
-    angle_from_vertical=math.radians(40),
-    projectile=Projectile(material="ice", radius=53.9e3),
-    expected_transient_diameter=980e3,
-)
+from tests.sph.stage_runs import CALLISTO, IMPACT, finished_run, resumed_run
 
 
 def settings(**changes):
     """A body of some two thousand particles; damage and pressures that tests ask for are those of ``monaghan``."""
     values = dict(
         numerics="monaghan",
-        target=TARGET, impact=IMPACT, spacing_at_impact=130e3, spacing_far=300e3, fine_radius=400e3, growth=0.15,
+        target=CALLISTO, impact=IMPACT, spacing_at_impact=130e3, spacing_far=300e3, fine_radius=400e3, growth=0.15,
         contact_refinement=1.5,
         relaxation_time=100.0, end_time=60.0, snapshot_interval=30.0, history_interval=10.0,
     )  # fmt: skip
@@ -43,11 +28,7 @@ def settings(**changes):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    root = tmp_path_factory.mktemp("run")
-    out = root / "2_sph"
-    out.mkdir()
-    stage.run(settings(), root, out)
-    return out
+    return finished_run(settings(), tmp_path_factory.mktemp("run"))
 
 
 def test_conservation_and_outputs(finished):
@@ -93,16 +74,7 @@ def test_the_report_says_how_finely_the_projectile_was_resolved_and_what_it_reac
 
 @pytest.mark.parametrize(("at", "phase"), [(60.0, "relax"), (130.0, "impact")])
 def test_stopped_and_resumed_run_is_the_same_to_the_last_bit(finished, tmp_path, at, phase, monkeypatch):
-    out = tmp_path / "2_sph"
-    out.mkdir()
-    assert stopped(monkeypatch, lambda: stage.run(settings(), tmp_path, out), at)[0] == phase
-    assert checkpoint.newest(out) is not None
-    stage.run(settings(), tmp_path, out)
-    for name in ("last.vtkhdf", "snap_0001.vtkhdf"):
-        a, b = snapshot.read(finished / name), snapshot.read(out / name)
-        for field in a:
-            assert np.array_equal(a[field], b[field]), (name, field)
-    assert (finished / "history.csv").read_bytes() == (out / "history.csv").read_bytes()
+    assert resumed_run(monkeypatch, settings(), tmp_path, at, finished) == phase
 
 
 def test_control_run_has_no_projectile(tmp_path):
@@ -111,7 +83,7 @@ def test_control_run_has_no_projectile(tmp_path):
 
 
 def test_literal_start_is_uniform(tmp_path):
-    literal = TARGET.model_copy(update={"start": "literal"})
+    literal = CALLISTO.model_copy(update={"start": "literal"})
     stage.run(settings(target=literal, end_time=1.0, snapshot_interval=1.0, history_interval=1.0), tmp_path, tmp_path)
     first = snapshot.read(tmp_path / "snap_0000.vtkhdf")
     assert set(np.unique(first.density[first.layer >= 0])) == {2700.0, 998.0, 917.0}
@@ -147,9 +119,7 @@ def test_the_energy_of_many_particles_is_checked_over_all_pairs(finished, tmp_pa
     """The rows of a run that takes them from a tree are off; the report goes by what all pairs say."""
     exact = rows_of(finished)
     monkeypatch.setattr(history, "DIRECT", 100)
-    out = tmp_path / "2_sph"
-    out.mkdir()
-    stage.run(settings(), tmp_path, out)
+    out = finished_run(settings(), tmp_path)
     report, rows = json.loads((out / "stage_report.json").read_text()), rows_of(out)
     assert json.loads((finished / "stage_report.json").read_text())["energy_check"] is None
     checked = report["energy_check"]

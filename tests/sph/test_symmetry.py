@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from matter.case.body import Impact, Layer, Projectile, Target
-from matter.points.cut_region import Cut
-from matter.points.regions import Slab
+from matter.points.regions import Cut, Slab
 from sph import simulation
 from sph.bodies import symmetry
 from sph.bodies.target import Body

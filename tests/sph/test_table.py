@@ -162,7 +162,7 @@ def test_a_table_of_one_phase_has_no_cut_cell(tmp_path):
         read = sesame.read(tables.written(tmp_path / "t.txt", law, nodes))
         x = np.log(read.rho)
         assert not table_slopes.mixed(x, read.P).any()
-        assert not table_slopes.cut_cells(*table_slopes.cut_sides(x, read.u, read.P)).any()
+        assert not tables.cut_cells(x, read.u, read.P).any()
 
 
 def test_cells_that_a_boundary_crosses_are_cut_and_no_others():
@@ -176,7 +176,7 @@ def test_cells_that_a_boundary_crosses_are_cut_and_no_others():
 
     P = np.array([[pressure(r, j) for j in range(len(T))] for r in rho])
     u = 1000.0 * np.tile(T, (len(rho), 1))
-    cut = table_slopes.cut_cells(*table_slopes.cut_sides(np.log(rho), u, P))
+    cut = tables.cut_cells(np.log(rho), u, P)
     inside = np.array([[edge[j][0] < r < edge[j][1] for j in range(len(T))] for r in rho])
     corners = inside[1:, 1:].astype(int) + inside[1:, :-1] + inside[:-1, 1:] + inside[:-1, :-1]
     crossed = (corners > 0) & (corners < 4)

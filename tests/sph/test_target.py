@@ -13,14 +13,7 @@ from sph.bodies import projectile, target
 from sph.materials import rows as materials
 from sph.planning import resolution
 from sph.settings import Settings
-
-CALLISTO = Target(
-    layers=(
-        Layer(name="core", material="basalt", thickness=1842e3),
-        Layer(name="ocean", material="water", thickness=150e3),
-        Layer(name="shell", material="ice", thickness=150e3),
-    )
-)
+from tests.sph.stage_runs import CALLISTO, IMPACT
 
 
 @pytest.fixture(scope="module")
@@ -94,19 +87,13 @@ def test_a_body_a_thousand_times_as_large_as_its_fine_part_is_full_there(symmetr
 
 def test_projectile_flies_to_the_pole():
     rows = materials.collect(("ice",))
-    impact = Impact(
-        speed=18234.0,
-        angle_from_vertical=math.radians(40),
-        projectile=Projectile(material="ice", radius=53.9e3),
-        expected_transient_diameter=980e3,
-    )
-    ball = projectile.build(CALLISTO, impact, 26e3, 2102e3, 52e3, rows)
+    ball = projectile.build(CALLISTO, IMPACT, 26e3, 2102e3, 52e3, rows)
     assert ball.mass.sum() == pytest.approx(6.0148e17, rel=1e-3)
     centre = ball.position.mean(axis=0)
     lowest = centre[2] - 53.9e3
     assert lowest - 2102e3 == pytest.approx(52e3, rel=1e-9)
-    time = (2102e3 + 53.9e3 - centre[2]) / impact.velocity[2]
-    assert centre + time * np.array(impact.velocity) == pytest.approx(np.array([0, 0, 2102e3 + 53.9e3]), abs=1.0)
+    time = (2102e3 + 53.9e3 - centre[2]) / IMPACT.velocity[2]
+    assert centre + time * np.array(IMPACT.velocity) == pytest.approx(np.array([0, 0, 2102e3 + 53.9e3]), abs=1.0)
 
 
 @pytest.mark.parametrize("symmetry,copies", [("none", 1), ("half", 2), ("quarter", 4)])

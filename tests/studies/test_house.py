@@ -8,7 +8,7 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from pipeline.case import keys
-from studies import house
+from studies import house, house_words
 
 ROOT = Path(__file__).parents[2]
 
@@ -114,13 +114,13 @@ def test_names_that_say_no_result_and_words_of_no_field_are_found(tmp_path):
     (tmp_path / "sph" / "a.py").write_text("def of(x):\n    return x.place\n\ndef lines_of(kept):\n    return kept\n")
     (tmp_path / "studies").mkdir()
     (tmp_path / "studies" / "unrolled.py").write_text("class Lie:\n    flat = soft\n")
-    assert house.banned_names(tmp_path) == [
+    assert house_words.banned_names(tmp_path) == [
         "sph/a.py:1 of", "sph/a.py:2 place", "studies/unrolled.py:1 Lie", "studies/unrolled.py: unrolled"
     ]  # fmt: skip
 
 
 def test_functions_are_named_by_their_result_and_words_are_the_field_s():
-    assert house.banned_names(ROOT) == []
+    assert house_words.banned_names(ROOT) == []
 
 
 def test_keys_that_a_case_may_set_are_few():
@@ -159,11 +159,11 @@ def test_a_test_that_states_nothing_is_found(tmp_path):
         "def test_other_name():\n    kept(1)\n"
         "def test_nothing():\n    circle(1)\n    x.raises(1)\n"
     )
-    assert house.tests_without_assertion(tmp_path) == ["tests/test_a.py:18 test_nothing"]
+    assert house_words.tests_without_assertion(tmp_path) == ["tests/test_a.py:18 test_nothing"]
 
 
 def test_every_test_states_something():
-    assert house.tests_without_assertion(ROOT) == []
+    assert house_words.tests_without_assertion(ROOT) == []
 
 
 def test_tags_stand_in_templates():

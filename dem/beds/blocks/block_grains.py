@@ -18,10 +18,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from dem.beds import bed_measures, solid_packing
-from dem.beds.bed_domain import Container
 from dem.beds.grading import Grading
 from matter.blocks.placing import Placing
 from matter.errors import InputError
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 from matter.solids.distance import Distance
 from matter.wording import readable
@@ -66,7 +66,17 @@ class BlockGrains(NamedTuple):
         return self.covers(points, ALONG * radius)
 
 
-def of_ground(blocks: Particles, digest: str, container: Container, sizes: Grading) -> BlockGrains:
+def refuse_heavy(blocks: BlockGrains, whole: float, name: str) -> None:
+    """Raise ``InputError`` where the blocks leave too little of the mass ``whole`` [kg] of the ``name``."""
+    heavy = float(blocks.mass.sum())
+    if heavy > HEAVIEST * whole:
+        raise InputError(
+            f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the {name}'s {whole:.4g} kg for grains: "
+            "lower volume_fraction"
+        )
+
+
+def of_ground(blocks: Particles, digest: str, container: Upright, sizes: Grading) -> BlockGrains:
     """The blocks that are grains in this container, between grains of these sizes. Raises ``InputError`` where they
     find no room as spheres."""
     return _chosen(blocks, digest, fits(blocks.position, blocks.radius, container, sizes))
@@ -87,7 +97,7 @@ def _chosen(blocks: Particles, digest: str, fit: np.ndarray) -> BlockGrains:
     return found._replace(position=_apart(found))
 
 
-def fits(x: np.ndarray, r: np.ndarray, container: Container, sizes: Grading) -> np.ndarray:
+def fits(x: np.ndarray, r: np.ndarray, container: Upright, sizes: Grading) -> np.ndarray:
     """Which spheres (n,) at x (n, 3) of radius r (n,) [m] are large enough and lie inside the container."""
     below = x[:, 2] - container.floor if container.shape != "bowl" else np.full(len(r), np.inf)
     return (r >= LEAST * sizes.local(x)) & (x[:, 2] < 0.0) & (container.side_depth(x) >= r) & (below >= r)

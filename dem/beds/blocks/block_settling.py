@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 
 from dem.beds import bed_measures, flat_settling
-from dem.beds.bed_domain import Container
 from dem.beds.blocks import block_grains
 from dem.beds.blocks.block_grains import BlockGrains
 from dem.beds.flat_settling import FlatSettling
 from dem.beds.loose_packing import FEWEST, LooseBed, begins
-from matter.errors import InputError
+from matter.geometry.ground_region import Upright
 from matter.particles import Particles
 
 HELD = ("pack", "grow")
@@ -26,14 +25,14 @@ HELD = ("pack", "grow")
 
 
 @dataclass(frozen=True)
-class LooseRoundBlocks(LooseBed[Container]):
+class LooseRoundBlocks(LooseBed[Upright]):
     """How a loose bed begins about ``blocks``, in the domain ``begun`` that is raised as without them."""
 
     blocks: BlockGrains
-    begun: Container
+    begun: Upright
 
     @staticmethod
-    def about(loose: LooseBed[Container], blocks: BlockGrains, radius: np.ndarray) -> LooseRoundBlocks:
+    def about(loose: LooseBed[Upright], blocks: BlockGrains, radius: np.ndarray) -> LooseRoundBlocks:
         """A loose bed of grains of these radii before any made room, with ``blocks``."""
         begun = loose.raised(radius)
         lifted = blocks.position.copy()
@@ -41,7 +40,7 @@ class LooseRoundBlocks(LooseBed[Container]):
         lifted[:, 2] = begun.floor + (lifted[:, 2] - begun.floor) * stretch
         return LooseRoundBlocks(loose.ground, loose.domain, loose.fraction, blocks._replace(position=lifted), begun)
 
-    def raised(self, radius: np.ndarray) -> Container:
+    def raised(self, radius: np.ndarray) -> Upright:
         """The domain in which the bed begins."""
         return self.begun
 
@@ -49,7 +48,7 @@ class LooseRoundBlocks(LooseBed[Container]):
         """Which of the grains (n,) lie between the blocks; the others make room for them."""
         return ~self.blocks.keeps_out(points, radius)
 
-    def growth(self, grains: Particles, raised: Container) -> np.ndarray:
+    def growth(self, grains: Particles, raised: Upright) -> np.ndarray:
         """Factors (n,) on the radii with which the bulk between the blocks is filled as it begins; 1 of blocks."""
         plain = grains.identity < len(grains) - len(self.blocks.number)
         x, r = grains.position, grains.radius
@@ -75,13 +74,7 @@ class BlockSettling(FlatSettling):
     ):
         self.blocks, self.first = loose.blocks, len(points)
         ground, container = loose.ground, loose.domain
-        heavy = float(self.blocks.mass.sum())
-        whole = bed_measures.ground_mass(ground, container)  # type: ignore[arg-type]
-        if heavy > block_grains.HEAVIEST * whole:
-            raise InputError(
-                f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the ground's {whole:.4g} kg for "
-                "grains: lower volume_fraction"
-            )
+        block_grains.refuse_heavy(self.blocks, bed_measures.ground_mass(ground, container), "ground")  # type: ignore[arg-type]
         super().__init__(points, radius, ground, container, contact, limit, False, speed, loose)  # type: ignore[arg-type]
 
     def mine(self, identity: np.ndarray) -> np.ndarray:

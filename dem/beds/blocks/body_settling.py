@@ -18,7 +18,7 @@ from dem.beds.solid_settling import SolidSettling
 from dem.contact.settings import Contact
 from matter.errors import InputError
 from matter.particles import Particles
-from matter.points.region import Interior
+from matter.points.regions import Interior
 
 SAMPLES = 200_000
 """Points by which the part of a body that blocks take is counted: to 0.1 % of it."""
@@ -45,12 +45,7 @@ class BodyBlockSettling(SolidSettling):
         sinks: float, blocks: BlockGrains,
     ):  # fmt: skip
         self.blocks, self.first = blocks, len(points)
-        heavy = float(blocks.mass.sum())
-        if heavy > block_grains.HEAVIEST * body.mass:
-            raise InputError(
-                f"[target.blocks] blocks of {heavy:.4g} kg leave too little of the body's {body.mass:.4g} kg for "
-                "grains: lower volume_fraction"
-            )
+        block_grains.refuse_heavy(blocks, body.mass, "body")
         super().__init__(points, radius, body, contact, limit, sinks)
 
     def initial_grains(self, points: np.ndarray, radius: np.ndarray) -> Particles:
