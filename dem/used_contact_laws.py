@@ -18,6 +18,8 @@ OF_BODIES = {
 }
 """What only a whole body takes, or a patch of one: gravity between grains (``dem.grains.self_gravity``), tide, slopes;
 the attraction at a site."""
+SHAKING = ROOM / "laws" / "shaken_friction.py"
+"""Taken where the shock stage hands over ground that shakes; that stage then names the same sources."""
 PACKING = ("beds/grain_packing.py", "beds/loose_packing.py", "beds/relaxation.py")
 """What only the making of a bed takes."""
 
@@ -28,6 +30,7 @@ def _laws(contact: Contact) -> set[Path]:
     idle = {
         Path(str(module.__file__)) for family in FAMILIES for module in family.laws if module.__file__ not in taken
     }
+    idle.add(SHAKING)
     return idle | (set((ROOM / "trials").glob("*.py")) if contact.friction_angle is None else set())
 
 

@@ -62,6 +62,7 @@ def particles(
         **({} if settings.target.solid else {"measuring": measuring(settings, column, radius)}),
         "shear_moduli_Pa": i.rows.shear[: len(names)].tolist(),
         "reference_densities_kg_m3": i.rows.rho0[: len(names)].tolist(),
+        **({"block_model": shaking} if (shaking := i.materials.decay()) else {}),
         **({"release": phases} if (phases := release_phases.phase_thresholds(i.materials)) else {}),
     }
     part = Particles({name: array[order] for name, array in fields.items()}, attributes)

@@ -31,6 +31,7 @@ from dem.contact.columns import (
     MOMENTUM_REMOVED,
 )
 from dem.contact.settings import OVERLAP_WARN
+from dem.grains import shaking
 from dem.grains.assembly import BALLISTIC, LEFT, REASONS, Assembly, Extras
 from dem.settings import Settings
 from dem.stiffness import stiffening
@@ -114,7 +115,8 @@ class Collapse:
             start, settings.contact, bed_walls.walls(self.domain), body.gravity(), dt=dt,
             threads=settling.threads_for(len(start)), skin=0.3,
             extras=Extras(
-                stiffer or settings.stiffness == "following", *whole_body_collapse.forces(body, settings)
+                stiffer or settings.stiffness == "following", *whole_body_collapse.forces(body, settings),
+                shaking=shaking.of_start(start),
             ),
         )  # fmt: skip
         self.springs_energy = (self.bed.elastic, self.bed.elastic)

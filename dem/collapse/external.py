@@ -42,6 +42,7 @@ from dem.engines.central_gravity import Polynomial
 from dem.engines.over_body import OverBody
 from dem.engines.over_ground import OverGround
 from dem.engines.scene import HOLD_STEPS, Plan, Scene
+from dem.grains import shaking
 from dem.grains.assembly import BALLISTIC, LEFT
 from dem.settings import Settings
 from dem.stiffness import stiffening
@@ -70,6 +71,11 @@ class ExternalCollapse(Collapse):
             raise InputError(
                 f"[dem] stiffness = 'following' needs engine = 'native': {settings.engine} steps every grain with one "
                 f"stiffness"
+            )
+        if shaking.of_start(start) is not None:
+            raise InputError(
+                f"[dem] engine = {settings.engine!r}: the ground shakes at the handoff, and {settings.engine} has no "
+                "friction that shaking takes (block_model): use engine = 'native'"
             )
         loaded = any(
             np.any(start.tables.get(f"contacts/{name}", np.zeros((0, TOUCHING)))[:, :TOUCHING])

@@ -95,6 +95,23 @@ class Response(NamedTuple):
 
 
 @law(forceinline=True)
+def lowered(numbers, bearing):
+    """The ``Numbers`` of a contact of which only the fraction ``bearing`` of the normal force makes friction
+    (``dem.laws.shaken_friction``): limits of sliding, rolling and twisting fall with it."""
+    return Numbers(
+        numbers.damping_n,
+        numbers.damping_t,
+        numbers.friction * bearing,  # twisting has it too
+        numbers.shape,
+        numbers.rolling * bearing,
+        numbers.twisting,
+        numbers.ratio,
+        numbers.normal,
+        numbers.cohesion,
+    )
+
+
+@law(forceinline=True)
 def turned(sx, sy, sz, nx, ny, nz, angle):
     """A spring turned by ``angle`` about the normal, laid back into the contact plane, with its length kept."""
     s2 = sx * sx + sy * sy + sz * sz

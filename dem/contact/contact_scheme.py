@@ -20,7 +20,8 @@ class Scheme(NamedTuple):
     ``normal``, ``tangential``, ``rolling``, ``twisting``, ``cohesion``: numbers of the laws in their families
     (``dem.laws.dispatch``); ``rescale`` 1: the stiffness of springs follows the contact
     (``retained_fraction`` of the tangential law); ``offset`` 1: contacts carry an offset to their overlap
-    (``dem.stiffness.change``); ``attract`` 1: grains attract each other (``dem.grains.self_gravity``).
+    (``dem.stiffness.change``); ``attract`` 1: grains attract each other (``dem.grains.self_gravity``); ``shaken`` 1:
+    vibration takes friction from them (``dem.laws.shaken_friction``).
     """
 
     normal: int = 0
@@ -31,6 +32,7 @@ class Scheme(NamedTuple):
     rescale: int = 0
     offset: int = 0
     attract: int = 0
+    shaken: int = 0
 
     @property
     def history(self) -> int:
@@ -76,13 +78,15 @@ class Grains(NamedTuple):
 
 class Listed(NamedTuple):
     """The half list: grains ``first`` and ``col`` (m,) of each entry, ``known`` (m,) 1 where the history is not
-    empty, ``hist`` (m, columns), ``table`` (species, species, columns) the numbers of a contact."""
+    empty, ``hist`` (m, columns), ``table`` (species, species, columns) the numbers of a contact; ``bearing`` (n,) the
+    fraction of a grain's normal forces that friction is made of (one number, not read, where nothing shakes)."""
 
     first: np.ndarray
     col: np.ndarray
     known: np.ndarray
     hist: np.ndarray
     table: np.ndarray
+    bearing: np.ndarray
 
 
 class Halo(NamedTuple):

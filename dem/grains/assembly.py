@@ -29,9 +29,10 @@ from dem.contact.columns import (
 from dem.contact.contact_scheme import Boundaries, ExternalField, Grains, Halo, Listed, Step
 from dem.contact.gravity import Field
 from dem.contact.settings import OVERLAP_WARN, RETURNING_SPEED_LIMIT, Contact, shortest_contact_time
-from dem.grains import cached_gravity, contact_tables, forces, grain_integrator, removed_grains
-from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, GrainList, check
+from dem.grains import cached_gravity, contact_tables, forces, grain_integrator, removed_grains, shaking
+from dem.grains.grain_list import ACTIVE, BALLISTIC, LEFT, PER_GRAIN, PULLED, SHAKEN, GrainList, check
 from dem.grains.self_gravity import SelfGravity
+from dem.grains.shaking import Vibration
 from matter.errors import InputError, UnphysicalState
 from matter.files import checkpoint
 from matter.particles import Particles
@@ -44,11 +45,12 @@ REASONS = ("escaped", "landed_outside", "through_the_side")
 class Extras(NamedTuple):
     """``offset``: contacts can carry an offset (``dem.stiffness.change``: k_n changes in the run, or differs from that
     in which the bed settled); ``self_gravity``: the grains attract each other; ``outer``: what acts on them besides
-    (``dem.grains.cached_gravity``)."""
+    (``dem.grains.cached_gravity``); ``shaking``: of grains with the field ``vibration``, how it dies away."""
 
     offset: bool = False
     self_gravity: SelfGravity | None = None
     outer: tuple[cached_gravity.ExternalForce, ...] = ()
+    shaking: Vibration | None = None
 
 
 class Assembly(GrainList):
@@ -82,14 +84,15 @@ class Assembly(GrainList):
     ):
         grains.need(*FIELDS)
         check(grains)
-        offset, self.self_gravity, self.outer = extras
+        offset, self.self_gravity, self.outer, self.shaking = extras
         self.contact, self.gravity = contact, gravity or Field.constant((0.0, 0.0, 0.0))
         self.walls = walls.rows(walls_)
         attract = self.self_gravity is not None or len(self.outer) > 0
-        self.scheme = contact.scheme()._replace(offset=int(offset), attract=int(attract))
+        flags = dict(offset=int(offset), attract=int(attract), shaken=int(self.shaking is not None))
+        self.scheme = contact.scheme()._replace(**flags)
         if offset and not contact.springs_can_change:
             raise InputError(f"a stiffness that changes in the run needs {contact.springs_that_change}")
-        self._per_grain = PER_GRAIN + (PULLED if attract else ())
+        self._per_grain = PER_GRAIN + (PULLED if attract else ()) + (SHAKEN if self.shaking else ())
         self.self_acceleration, self.cached_acceleration = (
             np.zeros((len(grains) if attract else 1, 3)) for _ in PULLED
         )
@@ -130,6 +133,8 @@ class Assembly(GrainList):
     def _begin_forces(self) -> None:
         if self.scheme.attract:
             cached_gravity.attract(self, renew=True)
+        if self.shaking:
+            self._look_at_vibration(self.shaking)
         self._forces(initial=True)
 
     def _tables(self, grains: Particles, walls: int) -> None:
@@ -153,6 +158,9 @@ class Assembly(GrainList):
         self.drag, self.weight = np.zeros(n), np.ones(n)
         self.wall_history = np.zeros((n, max(1, walls), self.scheme.history))
         self.reference = np.zeros((n, 3))
+        self.vibration = grains.vibration.copy() if self.shaking else np.zeros(1)
+        self.bearing = np.ones(len(self.vibration))
+        self.vibration_time = float(grains.attributes.get("time", 0.0))
 
     # -- lists
 
@@ -184,6 +192,8 @@ class Assembly(GrainList):
             self._rebuild(forces_follow=True)
         if self.scheme.attract:
             cached_gravity.attract(self)
+        if self.shaking and self.steps % shaking.EVERY == 0:
+            self._look_at_vibration(self.shaking)
         self._forces()
 
     def change_step(self, dt: float) -> None:
@@ -191,6 +201,16 @@ class Assembly(GrainList):
         now = self.time
         self.dt = dt
         self.start_time = now - self.steps * dt
+
+    def _look_at_vibration(self, how: Vibration) -> None:
+        """Bring the vibration to the present time, and find the friction that it leaves."""
+        elapsed, self.vibration_time = self.time - self.vibration_time, self.time
+        listed = self.first, self.col, self.hist, self.pair_table
+        boundaries = self.walls, self.walled, self.wall_tables, self.wall_history
+        pressure = shaking.pressures(
+            self.X, self.V, self.kind, self.density, self.active, listed, boundaries, self.scheme
+        )
+        shaking.lower(elapsed, self.material, self.density, pressure, tuple(how), self.vibration, self.bearing)
 
     # What the loops are given goes as plain tuples, which they name again: numba looks up the class of a named tuple
     # at every call, a microsecond each.
@@ -207,7 +227,7 @@ class Assembly(GrainList):
         )
 
     def _pairs(self, c: int, step: tuple) -> None:
-        listed = tuple(Listed(self.first, self.col, self._known, self.hist, self.pair_table))
+        listed = tuple(Listed(self.first, self.col, self._known, self.hist, self.pair_table, self.bearing))
         self._last[c] = self._pair_loop(
             self._chunks[c], self._grains(), listed, step, self._halo[c], self._pair_report[c]
         )

@@ -43,7 +43,7 @@ from dem.contact.columns import (
     WY,
     WZ,
 )  # fmt: skip
-from dem.contact.contact import Bodies, Springs, contact, reader, released
+from dem.contact.contact import Bodies, Springs, contact, lowered, reader, released
 from dem.contact.contact_scheme import Chunk, Grains, Listed, Scheme, Step
 from dem.contact.kinematics import Ball, grain_kinematics
 from matter.compilation.gather import (
@@ -56,7 +56,7 @@ from matter.compilation.gather import (
     take_row_pairs,
     take_rows,
 )
-from matter.compilation.jit import inner_kernel, kernel
+from matter.compilation.jit import inner_kernel, kernel, law
 
 # what a chunk reports of a step
 ELASTIC, DISSIPATED, EXCESS, CONTACTS, OVERLAP, OVERLAP_I, OVERLAP_J, OVER_WARN = range(8)
@@ -75,6 +75,7 @@ _TABLE = _EIGHTH + 1
 _FAST = _TABLE + PAIR_COLUMNS
 _FREE, _FREE_TWO = _FAST + 1, _FAST + 5
 _WIDTH = _FREE + 8
+_BEARING = _WIDTH  # one more where the ground shakes
 # and of what comes out, in the columns of what went in: force and moment on the first, elastic energy, overlap over
 # the smaller radius; force and moment on the second, dissipated, excess
 _ON_ONE, _ELASTIC, _RATIO = 0, 6, 7
@@ -83,10 +84,17 @@ _ON_TWO, _DISSIPATED, _EXCESS = 8, 14, 15
 _numbers = reader("s, k", "s[{}, k]", _TABLE)
 
 
+@law(forceinline=True)
+def _shaken_numbers(s, k):
+    return lowered(_numbers(s, k), s[_BEARING, k])
+
+
 @functools.cache
 def pair_loop(scheme: Scheme) -> Any:
     """The compiled loop for one scheme: ``pair_forces``."""
-    rescale, offset = scheme.rescale, scheme.offset
+    rescale, offset, shaken = scheme.rescale, scheme.offset, scheme.shaken
+    # chosen here, not in the loop: a loop without vibration keeps its bits
+    numbers_at, width = (_shaken_numbers, _WIDTH + 1) if shaken else (_numbers, _WIDTH)
     columns = PAIR_COLUMNS if scheme.cohesion != 0 else NORMAL.stop  # that its contacts read
 
     @inner_kernel(fastmath=True, forceinline=True)
@@ -109,7 +117,7 @@ def pair_loop(scheme: Scheme) -> Any:
             k_n = min(s[_ONE + STIFFNESS, k], s[_TWO + STIFFNESS, k])
             inv_product = 1.0 / ((mi + mj) * (ri + rj))  # one division for two
             reduced, radius = mi * mj * (ri + rj) * inv_product, ri * rj * (mi + mj) * inv_product
-            numbers = _numbers(s, k)
+            numbers = numbers_at(s, k)
             springs = Springs(
                 s[_SLIP, k],
                 s[_SLIP + 1, k],
@@ -177,9 +185,9 @@ def pair_loop(scheme: Scheme) -> Any:
         chunk, grains, listed, step = Chunk(*chunk), Grains(*grains), Listed(*listed), Step(*step)
         lo, hi, begin, end = chunk.lo, chunk.hi, chunk.begin, chunk.end
         X, V, F, kind, returned = grains.X, grains.V, grains.F, grains.kind, grains.returned
-        first, col, known, hist, table = listed
+        first, col, known, hist, table, bearing = listed
         dt, over_speed, warn = step.dt, step.over_speed, step.warn
-        s = np.empty((_WIDTH, BLOCK))
+        s = np.empty((width, BLOCK))
         entry, one, two = (
             np.empty(BLOCK + WIDE, np.int32),
             np.empty(BLOCK + WIDE, np.int32),
@@ -261,6 +269,9 @@ def pair_loop(scheme: Scheme) -> Any:
             if rescale != 0 or offset != 0:
                 for k in range(filled):
                     s[_EIGHTH, k] = hist[entry[k], REFERENCE_STIFFNESS]
+            if shaken != 0:
+                for k in range(filled):
+                    s[_BEARING, k] = min(bearing[one[k]], bearing[two[k]])
             if some_returned:
                 for k in range(filled):
                     i, j = one[k], two[k]

@@ -16,8 +16,9 @@ from dem.contact import walls
 from dem.contact.columns import MASS, OFFSET, RADIUS, STIFFNESS, TOUCHING, WX, XYZ
 from dem.contact.contact_scheme import Chunk, Scheme
 from dem.contact.gravity import Field
-from dem.grains import contact_tables, pair_list, size_levels
+from dem.grains import contact_tables, pair_list, shaking, size_levels
 from dem.grains.self_gravity import SelfGravity
+from dem.grains.shaking import Vibration
 from matter.compilation import gather
 from matter.errors import InputError
 from matter.files import checkpoint
@@ -32,12 +33,13 @@ PER_GRAIN = (
 )  # fmt: skip
 FORCES = ("A", "E", "F")
 PULLED = ("self_acceleration", "cached_acceleration")
+SHAKEN = ("vibration", "bearing")
 _LISTED = ("row", "col", "hist", "report", "booked")
 _NUMBERS = (
     "dt", "skin", "steps", "builds", "since_build", "start_time", "elastic", "contacts", "over_warn", "worst", "speed",
     "active", "moving",
     "mean_radius", "softness", "rest_energy", "stiffness_energy", "weight_energy", "stiffness_excess",
-    "lost_in_flight",
+    "lost_in_flight", "vibration_time",
 )  # fmt: skip
 
 
@@ -71,6 +73,10 @@ class GrainList:
     outer: tuple[Any, ...]
     self_acceleration: np.ndarray
     cached_acceleration: np.ndarray
+    shaking: Vibration | None
+    vibration: np.ndarray
+    bearing: np.ndarray
+    vibration_time: float
     pull_state: np.ndarray
     pull_interval: float
     threads: int
@@ -286,6 +292,9 @@ class GrainList:
             "headroom": self.headroom,
             "density": self.density, "stiffness": self.V[:, STIFFNESS], "state": self.state,
         }  # fmt: skip
+        if self.shaking is not None:
+            elapsed = self.time - self.vibration_time
+            fields["vibration"] = shaking.speeds(self.vibration, self.material, elapsed, self.shaking)
         history: dict[str, np.ndarray] = {}
         if tables:
             history = contact_tables.written(

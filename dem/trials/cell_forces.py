@@ -98,7 +98,7 @@ def pairs(sample, touching, frame, drive, shift, slide, stress):
     X, V, F = sample.X, sample.V, sample.F
     row, col, hist, table = touching
     period, slab = frame.period, frame.slab
-    scheme = Scheme(0, 0, 0, 0, 0, 0, 0, 0)  # the first law of each family, no cohesion
+    scheme = Scheme(0, 0, 0, 0, 0, 0, 0, 0, 0)  # the first law of each family, no cohesion
     numbers = numbers_of(table, np.int64(0), np.int64(0))
     n = X.shape[0]
     F[:] = 0.0

@@ -168,7 +168,31 @@ def cohesion(law: ModuleType, axes: Any) -> str:
     )
 
 
+def shaking(law: ModuleType, axes: Any) -> str:
+    """The friction that is left under a pressure while a vibration dies away, and that of a layer by depth."""
+    time, decay, rho, sound = np.linspace(0.0, 900.0, 300), 120.0, 3000.0, 7000.0
+    for P in (1e7, 1e8, 1e9):
+        left = [law.bearing_fraction(law.speed_after(200.0, t, decay), P, rho, sound) for t in time]
+        axes[0].plot(time, left, label=f"{P / 1e6:g} MPa")
+    axes[0].set(xlabel="time after the shock [s]", ylabel="fraction of friction that is left")
+    axes[0].legend(title="pressure")
+    depth = np.linspace(0.0, 30e3, 200)
+    for v_vib in (0.0, 2.0, 5.0):
+        P = rho * 1.62 * depth
+        left = [0.6 * one * law.bearing_fraction(v_vib, one, rho, sound) for one in P]
+        axes[1].plot(np.array(left) / 1e6, depth / 1e3, label=f"{v_vib:g} m/s")
+    axes[1].invert_yaxis()
+    axes[1].set(xlabel="friction of 0.6 [MPa]", ylabel="depth on the Moon [km]")
+    axes[1].legend(title="vibration")
+    return (
+        f"Grains of {rho:,.0f} kg/m$^3$ and a speed of sound of 7 km/s. Left: what is left of friction after a "
+        f"vibration of 200 m/s that dies away in {decay:g} s, under three pressures. Right: the stress that friction "
+        "holds in a level layer, without vibration and with two."
+    )
+
+
 DRAWN = {
+    "dem/laws/shaken_friction": shaking,
     "dem/laws/normal_": normal,
     "dem/laws/tangential_spring": sliding,
     "dem/laws/tangential_mindlin": mindlin,

@@ -25,6 +25,7 @@ import numpy as np
 
 from handoff.domains.domain import Domain
 from handoff.ledger import Ledger
+from handoff.transfer import shaken_matter
 from handoff.transfer.handed import Handoff
 from handoff.transfer.mapping import Overlap
 from matter.case import shock_phases
@@ -110,24 +111,26 @@ def _of(source: Particles, particle: np.ndarray, grain: np.ndarray, mass: np.nda
 
 
 def give(start: Particles, source: Particles, region: Domain, taken_by: Taken) -> None:
-    """Give the grains ``start`` the fields ``ORIGINS``, as far as the source knows them."""
+    """Give the grains ``start`` the fields ``ORIGINS``, as far as the source knows them, and its vibration."""
     for name, values in of_particles(source, region).items():
         start[name] = (
             taken_by.largest(values)
             if name == "peak_pressure_largest"
             else taken_by.mean(values, of_target=name in _POSITIONS)
         )
+    shaken_matter.give(start, source, lambda values: taken_by.mean(values, of_target=False))
 
 
 def enter(ledger: Ledger, handoff: Handoff, source: Particles, region: Domain) -> None:
     """Rows on the sums over the grains against those over the particles, without a limit: what the shock marked, what
-    came with the projectile, and the first moments of depth, distance and pressure."""
+    came with the projectile, the first moments of depth, distance and pressure, and the energy of the vibration."""
     inner, start, indices = handoff.compact, handoff.start, handoff.ejecta.source
     weight = np.zeros(len(source))
     weight[inner.indices] = source.mass[inner.indices] * inner.fraction
     weight[indices] += source.mass[indices]
     if handoff.blocks is not None:
         weight += np.where(handoff.blocks.taken, source.mass, 0.0)
+    shaken_matter.enter(ledger, start, source, weight)
     of_target = weight * (source.layer >= 0) if "layer" in source else weight
     fraction = 1.0 - start.projectile_fraction.astype(float) if "projectile_fraction" in start else 1.0
     for name, values in of_particles(source, region).items():

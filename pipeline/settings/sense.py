@@ -54,6 +54,7 @@ def judged(
         *_out_of_order(settings, sph),
         *_does_not_fit(settings, sph, outside),
         *_mirrored(sph),
+        *_shaken_grains(settings, sph),
     ]
     return errors, [
         *_unlikely(sph),
@@ -63,7 +64,6 @@ def judged(
         *_no_late_stage(sph),
         *_regime(settings, sph, stages),
         *_cohesion_once(settings, sph),
-        *_shaken_grains(settings, sph),
         *experimental.used(settings),
     ]
 
@@ -101,6 +101,17 @@ def _impossible(sph: Any) -> Iterator[Complaint]:
         yield Complaint(
             ("impact", "angle_from_vertical"),
             f"at {angle:.4g} deg from the vertical the projectile passes by the target",
+        )
+
+
+def _shaken_grains(settings: Mapping[str, Model], sph: Any) -> Iterator[Complaint]:
+    """Other engines do not know the friction that shaking takes."""
+    engine = getattr(settings.get("dem"), "engine", "native")
+    if engine != "native" and sph.chosen_materials().vibrate:
+        yield Complaint(
+            ("dem", "engine"),
+            f"{engine} has no friction that shaking takes (block_model of the shock stage): leave engine out, or take "
+            'engine = "native"',
         )
 
 
@@ -321,12 +332,6 @@ def _cohesion_once(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
         f"{alone}: shear keeps {angle_of_friction.COHESION_LEFT:.1%} of the pull between grains "
         '([dem.contact] cohesion = "zhang"), and ground that is broken from the start (predamaged) has none'
     )
-
-
-def _shaken_grains(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
-    """Vibration ends with the shock stage."""
-    if settings.get("handoff") is not None and sph.chosen_materials().vibrate:
-        yield "block_model: grains know no vibration: what is left of it at the handoff is lost"
 
 
 def _layers(sph: Any) -> dict[str, float]:

@@ -129,6 +129,15 @@ class Materials:
         sized[:, [block_model.DECAY_TIME, block_model.VISCOSITY]] *= radius
         return replace(self, rows=self.rows._replace(vibration=sized))
 
+    def decay(self) -> dict[str, dict[str, float]]:
+        """Decay time of the vibration [s] and speed of sound at rest [m/s] of each material that shakes, by name."""
+        table = self.rows.vibration
+        return {
+            name: {"decay_time_s": float(row[block_model.DECAY_TIME]), "sound_m_s": float(row[block_model.SOUND])}
+            for name, row in zip(self.names, table)
+            if row[block_model.C_VIB] > 0.0
+        }
+
     def index(self, name: str) -> int:
         """The number of a material in the tables."""
         return self.names.index(name)
