@@ -10,7 +10,7 @@ import pytest
 from fixtures import solids
 from matter.errors import InputError
 from matter.geometry import tree
-from matter.points import packing, region
+from matter.points import packing, regions
 from matter.solids import distance, placed, solid
 
 AXES = (177.0, 174.0, 116.0)
@@ -38,7 +38,7 @@ def made(known: solids.Known) -> solid.Solid:
 
 def filled(body: solid.Solid, count: int) -> tuple[np.ndarray, np.ndarray]:
     spacing = (body.volume / count) ** (1.0 / 3.0)
-    inside = region.Interior(body, distance.measured(body))
+    inside = regions.Interior(body, distance.measured(body))
     return packing.graded(lambda x: np.full(len(x), spacing), inside, np.random.default_rng(1))
 
 
@@ -194,13 +194,13 @@ def test_sweeps_find_what_they_find_when_every_neighbour_is_asked_every_time(mon
 
 def test_inside_is_inside():
     box = made(solids.box((1.0, 2.0, 4.0)))
-    inside = region.Interior(box, distance.measured(box))
+    inside = regions.Interior(box, distance.measured(box))
     points = np.random.default_rng(0).uniform(-2.5, 2.5, (20_000, 3))
     wanted = (np.abs(points) < [0.5, 1.0, 2.0]).all(axis=1)
     clear = np.abs(np.abs(points) - [0.5, 1.0, 2.0]).min(axis=1) > 1e-6
     assert (inside.inside(points) == wanted)[clear].all()
     ring = made(BODIES["ring"]())
-    assert not region.Interior(ring, distance.measured(ring)).inside(np.zeros((1, 3)))[0]
+    assert not regions.Interior(ring, distance.measured(ring)).inside(np.zeros((1, 3)))[0]
 
 
 def check_field(count: int, limit: float) -> None:

@@ -11,7 +11,7 @@ from fixtures import solids
 from matter.case.body import Target
 from matter.errors import InputError
 from matter.files import snapshot
-from matter.points import region
+from matter.points import regions
 from matter.solids import distance, placed
 from pipeline.case import read as cases
 from pipeline.settings import compose
@@ -201,14 +201,14 @@ def test_a_large_body_is_full_where_a_small_ball_hits_it(monkeypatch, axes, zone
         {"shape": "ellipsoid", "axes": axes, "layers": [{"name": "soil", "material": "basalt"}]}
     )
     draws = []
-    drawn = region.Interior.random_points
+    drawn = regions.Interior.random_points
 
     def counted(self, rng, count):
         draws.append(count)
         assert len(draws) < 4, "places are tried all over the body"
         return drawn(self, rng, count)
 
-    monkeypatch.setattr(region.Interior, "random_points", counted)
+    monkeypatch.setattr(regions.Interior, "random_points", counted)
     built = solid_target.build(body, collect(("basalt",)), zones, 1)
     away = np.linalg.norm(built.position - np.array(body.impact_point), axis=1)
     size = np.cbrt(built.mass / built.density)
