@@ -33,7 +33,7 @@ from matter.compilation.jit import law
 
 SOURCES = ("WuennemannIvanov2003", "MeloshIvanov1999")
 LEAST = 1e-9
-"""What stands for no friction: springs of contacts whose friction is 0 are not followed."""
+"""Smallest f. With exactly 0 the contact would drop its tangential spring."""
 
 
 @law
