@@ -12,13 +12,17 @@ tenth of free sliding, and three times what is right two degrees above). The mea
 wave takes several to cross a particle. P_j is what acts in the sums of force, with the factors that it has there, so
 that the mean is what bears a weight; expanded neighbours count little.
 
-At a free surface all neighbours lie beneath: the uppermost particles rub as if two thirds of a spacing deeper.
+At a free surface all neighbours lie beneath: the uppermost particles rub as if two thirds of a spacing deeper. What
+has expanded to less than ``TOUCHING`` of its density at rest rubs by its own pressure, that is not at all in cold
+matter: grains of the loosest packing (0.55 for 0.6 of the volume) no longer touch.
 """
 
 from matter.compilation.jit import law
 
 UNKNOWN = 1e300
 """[Pa] of a particle without neighbours and before the first sum: friction goes by its own pressure."""
+TOUCHING = 0.9
+"""Least density, over that at rest, at which a particle rubs on its neighbours."""
 
 
 @law
@@ -28,6 +32,6 @@ def mean(total, weight, eta):
 
 
 @law
-def of_friction(mean, own):
-    """The pressure [Pa] that friction goes by; ``own``: the particle's."""
-    return mean if mean < UNKNOWN else own
+def of_friction(mean, own, density):
+    """The pressure [Pa] that friction goes by; ``own``: the particle's; ``density`` over that at rest."""
+    return mean if mean < UNKNOWN and density > TOUCHING else own

@@ -207,7 +207,7 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
             P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * inv_distention)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
-            bearing = a * bearing_pressure.of_friction(cloud.mean_pressure[i], P)
+            bearing = a * bearing_pressure.of_friction(cloud.mean_pressure[i], P, a * rho[i] / rows.rho0[m])
             if rate is not None:
                 bearing *= _inertial(rate[i], rows.inertial[m], rows.rho0[m], bearing * inv_distention)
             limit = strengths.yield_stress(law, rows.strength_row[m], bearing, heat, D)
