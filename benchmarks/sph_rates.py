@@ -28,7 +28,6 @@ from sph.bodies import target as bodies
 from sph.bodies.particle_cloud import Cloud
 from sph.materials.rows import Materials, collect
 from sph.materials.settings import Choice
-from sph.pairs import rates as pair_rates
 from sph.stepping import timestep
 from sph.stepping.environment import Environment
 from sph.stepping.integrator import Integrator
@@ -114,14 +113,8 @@ def compared(size: int, porous: bool, turns: int = 15) -> dict[str, dict[str, fl
     for _ in range(turns):
         for name, i in found.items():
             visits = int(i.cloud.neighbours.sum())
-            forces = i.forces
-            matter = pair_rates.Matter(
-                i.cloud.material, i.rows.shear, forces.evaluated.strain_ratio, i.cloud.stress, True
-            )
             begun = time.process_time()
-            pair_rates.compute(
-                forces.scheme, forces.rows(i.cloud), i.neighbourhood.pairs, matter, i.damping, forces.rates
-            )
+            i.forces.sum_over_pairs(i.cloud, i.rows, True, i.neighbourhood.pairs, i.damping)
             between = time.process_time()
             i.step(1e-3)
             for key, seconds in (("pair_loop_ns", between - begun), ("step_ns", time.process_time() - between)):

@@ -14,6 +14,7 @@ from matter.files import checkpoint
 from matter.geometry import neighbours
 from sph.bodies.target import Body
 from sph.boundary.images import Images
+from sph.pairs import bearing_pressure
 
 # every array that belongs to a particle and travels with it when the cloud is sorted, with its trailing shape
 ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
@@ -39,6 +40,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "distention": ((), "float64"),  # alpha at rest (P = 0): falls as pores close, 1 is solid
     "initial_distention": ((), "float64"),
     "peak_pressure": ((), "float64"),
+    "mean_pressure": ((), "float64"),  # of the neighbours, at the last evaluation
     "gravity": ((3,), "float64"),
     "gravity_position": ((3,), "float64"),  # where gravity was last evaluated
     "initial_position": ((3,), "float64"),
@@ -103,6 +105,7 @@ class Cloud:
     initial_distention: np.ndarray
     late_density: np.ndarray
     peak_pressure: np.ndarray
+    mean_pressure: np.ndarray
     viscosity: np.ndarray
     strain_rate: np.ndarray
     plastic_strain: np.ndarray
@@ -123,6 +126,7 @@ class Cloud:
         self.late_density, self.viscosity, self.strain_rate = np.zeros(0), np.zeros(0), np.zeros((0, 6))
         self.plastic_strain, self.vibration, self.block = np.zeros(0), np.zeros(0), np.zeros(0, dtype=np.int32)
         self.flaw_strain = np.zeros(0, dtype=np.float32)
+        self.mean_pressure[:] = bearing_pressure.UNKNOWN
 
     def __len__(self) -> int:
         return len(self.mass)

@@ -21,19 +21,22 @@ class Sums(NamedTuple):
     approach: np.ndarray
     number: np.ndarray
     strain_rate: np.ndarray
+    mean_pressure: np.ndarray
 
 
 class Rates:
     """Time derivatives and by-products of one evaluation, kept from step to step.
 
     ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of
-    velocity [1/s], ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support.
+    velocity [1/s], ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support,
+    ``mean_pressure`` [Pa] of the neighbours (``sph.pairs.bearing_pressure``).
     """
 
     def __init__(self, n: int, strain_rate: bool = False):
         self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
         self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
         self.strain_rate = np.zeros((n if strain_rate else 0, 6))
+        self.mean_pressure = np.zeros(n)
         self.count = np.zeros(n, dtype=np.int32)
 
     @property
@@ -48,11 +51,12 @@ class Rates:
             self.approach,
             self.count,
             self.strain_rate,
+            self.mean_pressure,
         )
 
     def state(self) -> dict[str, np.ndarray]:
-        """Every array, for a checkpoint, but for the rates of strain, which are the cloud's."""
-        return {name: array for name, array in vars(self).items() if name != "strain_rate"}
+        """Every array, for a checkpoint, but for the rates of strain and the mean pressures, which are the cloud's."""
+        return {name: array for name, array in vars(self).items() if name not in ("strain_rate", "mean_pressure")}
 
     def restore(self, saved: checkpoint.State) -> None:
         """Take up a ``state``."""

@@ -33,7 +33,7 @@ import numpy as np
 from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
 from matter.compilation.jit import fast_min, parallel_kernel, prange
 from sph.kernels import dispatch as kernels
-from sph.pairs import block_contact, conductivity
+from sph.pairs import bearing_pressure, block_contact, conductivity
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import (
     ENERGY,
@@ -81,7 +81,7 @@ def pair_loop(scheme: Scheme):
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
         divergence, approach, number = out.divergence, out.approach, out.number
-        strain_rate = out.strain_rate
+        strain_rate, mean_pressure = out.strain_rate, out.mean_pressure
         n = len(number)  # rows behind these are images: read, never written
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             most = 0
@@ -118,6 +118,7 @@ def pair_loop(scheme: Scheme):
                     exx, exy, exz = extra[i, SLOPE], extra[i, SLOPE + 1], extra[i, SLOPE + 2]
                     eyy, eyz, ezz = extra[i, SLOPE + 3], extra[i, SLOPE + 4], extra[i, SLOPE + 5]
                 ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+                borne, weight = 0.0, 0.0
                 lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 for k in range(padded):
@@ -166,6 +167,11 @@ def pair_loop(scheme: Scheme):
                         alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
                         speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
                         heat += alike * V * mean_density_ratio * speed * r * (u_i - t[ENERGY, k]) * F
+                    q = V * F * r2
+                    if reconstructed:
+                        q *= rho_j_inv * rho_j_inv
+                    borne += q * (s[XX, k] + s[YY, k] + s[ZZ, k])
+                    weight -= q
                     w = V * inv_rho_ref
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
@@ -277,6 +283,7 @@ def pair_loop(scheme: Scheme):
                     )
                 divergence[i] = trace
                 approach[i] = -slowest
+                mean_pressure[i] = bearing_pressure.mean(borne / 3.0, weight, rho_inv / inv_rho_ref)
                 number[i] = int(near) - (padded - many)
                 G = matter.shear[matter.material[i]]
                 sheared = matter.strength and G > 0.0

@@ -70,16 +70,21 @@ class PairForces:
         if self._gradient_scale != 1.0:
             self.evaluated.row[:, VOLUME] *= self._gradient_scale
         self._fill_extra(cloud, materials, pairs)
-        matter = pair_rates.Matter(
-            cloud.material, rows.shear, self.evaluated.strain_ratio, cloud.stress, switches.strength
-        )
-        if self.scheme.reconstructed:
-            self.rates.strain_rate = cloud.strain_rate  # the former ones stand in the extra rows
-        pair_rates.compute(self.scheme, self.rows(cloud), pairs, matter, damping, self.rates)
+        self.sum_over_pairs(cloud, rows, switches.strength, pairs, damping)
         cloud.neighbours[:] = self.rates.count
         if self.scheme.reconstructed:
             length_terms.divide(self.rates, self._omega)
-            self.rates.strain_rate = np.zeros((0, 6))  # the cloud's alone: it sorts them with the rest
+
+    def sum_over_pairs(
+        self, cloud: Cloud, rows: MaterialRows, strength: bool, pairs, damping: pair_rates.Damping
+    ) -> None:
+        """The pass over all pairs, from rows that are filled. What the next evaluation reads of it, rates of strain
+        and mean pressures, is the cloud's alone, which sorts it with the rest (the former rates stand in the extra
+        rows)."""
+        matter = pair_rates.Matter(cloud.material, rows.shear, self.evaluated.strain_ratio, cloud.stress, strength)
+        self.rates.strain_rate, self.rates.mean_pressure = cloud.strain_rate, cloud.mean_pressure
+        pair_rates.compute(self.scheme, self.rows(cloud), pairs, matter, damping, self.rates)
+        self.rates.strain_rate, self.rates.mean_pressure = np.zeros((0, 6)), np.zeros(0)
 
     def rows(self, cloud: Cloud) -> Rows:
         """The rows that the loops over pairs read."""

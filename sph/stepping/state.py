@@ -3,7 +3,8 @@ only reads.
 
 Order for every particle: pores -> equation of state -> tension cut -> yield (radial return) -> damage. Damage acts
 once per evaluation: on tension always, on shear where the yield law does not know it (von Mises); Drucker-Prager and
-Collins mix it into the yield stress, and broken material keeps its friction.
+Collins mix it into the yield stress, and broken material keeps its friction. Friction goes by the mean pressure of the
+neighbours (``sph.pairs.bearing_pressure``), tension by the particle's own.
 
     P_eff = (1 - D) P for P < 0, else P;    S_eff = (1 - D) S / alpha  or  S / alpha
 
@@ -39,6 +40,7 @@ from sph.damage import grady_kipp, growth
 from sph.eos import dispatch as eos
 from sph.materials import temperature
 from sph.materials.rows import Materials, Rows
+from sph.pairs import bearing_pressure
 from sph.pairs.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.porosity import compaction_damage
 from sph.porosity import dispatch as porosity
@@ -205,9 +207,9 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
             P = max(P, -strengths.apex(law, rows.strength_row[m], heat, D) * inv_distention)
             szz = -sxx - syy
             J2 = 0.5 * (sxx * sxx + syy * syy + szz * szz) + sxy * sxy + sxz * sxz + syz * syz
-            bearing = a * P
+            bearing = a * bearing_pressure.of_friction(cloud.mean_pressure[i], P, a * rho[i] / rows.rho0[m])
             if rate is not None:
-                bearing *= _inertial(rate[i], rows.inertial[m], rows.rho0[m], P)
+                bearing *= _inertial(rate[i], rows.inertial[m], rows.rho0[m], bearing * inv_distention)
             limit = strengths.yield_stress(law, rows.strength_row[m], bearing, heat, D)
             if vibration is not None and vibration[i] > 0.0:
                 limit = _shaken(limit, vibration[i], rate[i], law, rows, m, bearing, rho[i], heat, D)

@@ -132,6 +132,30 @@ def test_rates_are_those_of_the_formula(longer):
         shrinking = -c.density[i] * np.trace(L)
         assert r.density[i] == pytest.approx(shrinking, rel=1e-11, abs=1e-11 * np.abs(L).max() * 917.0)
         assert r.count[i] == np.count_nonzero(q < h) - 1
+        near = -V * F * q * q
+        assert r.mean_pressure[i] == pytest.approx(near @ c.pressure / near.sum(), rel=1e-11)
+
+
+@pytest.mark.parametrize("first", [False, True])
+def test_the_mean_pressure_of_even_pressure_is_that_pressure(first):
+    """In matter compressed alike, whatever its density at rest, at surfaces too."""
+    c = _Cloud(1000)
+    c.pressure[:], c.density = 3e6, 1.2 * c.start_density
+    assert c.evaluate(first=first).mean_pressure == pytest.approx(3e6, rel=1e-11)
+
+
+def test_the_mean_pressure_counts_expanded_neighbours_little():
+    """Over first volumes: a tenth of the density weighs a hundredth."""
+    c = _Cloud(1000)
+    c.density = np.where(c.position[:, 0] < c.position[:, 0].mean(), 0.1, 1.0) * c.start_density
+    c.pressure[:] = np.where(c.density < 0.5 * c.start_density, 4e6, 2e6)
+    mean = c.evaluate(first=True).mean_pressure
+    r = np.linalg.norm(c.position[:, None] - c.position, axis=2)
+    h = 0.5 * (c.support_radius[:, None] + c.support_radius)
+    F = np.array([[cubic_spline.gradient_factor(a, b) for a, b in zip(*rows)] for rows in zip(r, h)])
+    eta = c.density / c.start_density
+    q = -(c.mass / c.start_density) * F * r * r * (eta / c.start_density) ** 2
+    assert mean == pytest.approx(eta**2 * (q @ (c.pressure / eta**2)) / q.sum(axis=1), rel=1e-11)
 
 
 def test_pressure_alone_keeps_angular_momentum():

@@ -11,6 +11,7 @@ from sph.bodies.particle_cloud import Cloud
 from sph.damage import growth, growth_linear
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
+from sph.pairs import bearing_pressure
 from sph.pairs.row import SOUND
 from sph.stepping import state
 
@@ -58,6 +59,22 @@ def test_sand_yields_with_its_pressure_and_pulls_nothing():
     for i in (0, 1):
         assert invariant(body.stress[i]) == pytest.approx(B * out.pressure[i], rel=1e-12) and out.pressure[i] > 1e8
     assert out.pressure[2] == 0.0 and invariant(body.stress[2]) == 0.0
+
+
+def test_sand_rubs_by_the_mean_pressure_of_its_neighbours():
+    """Where it touches them: not at 0.85 of its density at rest, nor before the first sum over pairs, where it is its
+    own."""
+    body = cloud(
+        4,
+        density=[2730.0, 2690.0, 0.85 * 2700.0, 2730.0],
+        stress=np.full((4, 5), 1e10),
+        mean_pressure=[1e8, 1e8, 1e8, bearing_pressure.UNKNOWN],
+    )
+    out, _ = evaluated(body, "basalt", **SAND)
+    B = 6 * 0.5 / (math.sqrt(3) * 2.5)
+    found = [invariant(stress) for stress in body.stress]
+    assert found == pytest.approx([B * 1e8, B * 1e8, 0.0, B * out.pressure[3]], rel=1e-12)
+    assert out.pressure[0] > 2e8 and out.pressure[1] == out.pressure[2] == 0.0
     again = body.stress.copy()
     evaluated(body, "basalt", **SAND)
     np.testing.assert_allclose(body.stress, again, rtol=1e-14)
