@@ -13,6 +13,13 @@ amount. Springs soften only while that sum stays below ``BUDGET`` of the kinetic
 handed, of which every halving has an equal part, and while the weight lies in them; else they wait until waves
 have died down. Springs that must stiffen always may: the stage ends as unsound above ``LIMIT``.
 
+Ground that falls back fast presses on what lies below it for long and by more than its weight, and springs give up
+energy as they stiffen under it. That comes after all softening, where no budget can foresee it: it is why a case has
+to ask for springs that follow (docs/results/dem_sci).
+
+With ``stiffness_factor`` f all springs are f times as stiff: x_max is x_max / sqrt(f) of an approach and x_max / f of
+a load.
+
 Source: k_n and step for the speeds at hand: Schwartz, Richardson & Michel 2012, Granular Matter 14, 363; the change of
 springs is this project's own.
 """
@@ -47,11 +54,10 @@ class Following:
 
     def __init__(self, bed: Assembly, floor_pressure: float, handed: float):
         self.bed, contact = bed, bed.contact
-        self.target = contact.static_overlap
-        carries = floor_pressure * bed.X[:, RADIUS] / contact.static_overlap
-        carries = np.maximum(
-            carries, contact.constant_pull(bed.X[:, RADIUS]) / (contact.static_overlap * bed.X[:, RADIUS])
-        )
+        self.target = contact.static_overlap / math.sqrt(contact.stiffness_factor)
+        loaded = contact.static_overlap / contact.stiffness_factor
+        carries = floor_pressure * bed.X[:, RADIUS] / loaded
+        carries = np.maximum(carries, contact.constant_pull(bed.X[:, RADIUS]) / (loaded * bed.X[:, RADIUS]))
         usual = bed.returned == 0
         ratio = (carries / bed.V[:, STIFFNESS])[usual] if usual.any() else np.ones(1)
         self.lowest = float(min(1.0, ratio.max()))

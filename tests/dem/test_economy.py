@@ -153,6 +153,18 @@ def test_the_stiffness_follows_the_speed_between_its_bounds(settled):
     assert balance(bed) == pytest.approx(kept, rel=2e-3) and start == kept
 
 
+def test_springs_that_a_factor_makes_stiffer_stay_so_while_they_follow(settled):
+    """A load overlaps a quarter as far with four times the stiffness, an approach half as far."""
+    ends = []
+    for factor in (1.0, 4.0):
+        bed = made(drop_on(settled, 2.0), Extras(offset=True))
+        bed.contact = LAW.model_copy(update={"stiffness_factor": factor})
+        follow = following_stiffness.Following(bed, FLOOR, 1.0)
+        ends.append((follow.lowest, follow.target))
+    (one, target), (two, other) = ends
+    assert two == pytest.approx(4.0 * one) and two < 1.0 and other == pytest.approx(0.5 * target)
+
+
 def hit(settled: Particles) -> tuple[Assembly, float]:
     """The bed in springs 100 times as stiff, its upper grains on their way down: a wave that runs to the floor and
     back; and the energy handed to it."""
