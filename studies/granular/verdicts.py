@@ -28,7 +28,8 @@ class Found(NamedTuple):
     met: bool
 
 
-Claims, Verdicts = Mapping[str, Claim], Mapping[str, Found]
+Claims = Mapping[str, Claim]
+Verdicts = Mapping[str, Found]
 
 
 def judged(claim: Claim, value: float, error: float) -> Found:
