@@ -222,7 +222,6 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     kept = Kept(options.out / "columns.json")
-    kept.make("ground", ground)
     columns: Columns = {}
     for plan in PLAN:
         row = kept.make(plan.name, functools.partial(one_column, plan))
@@ -232,6 +231,7 @@ def main() -> None:
         grains = [one.grains for one in columns.values()]
         verdicts.write(options.out, f"{min(grains):,} to {max(grains):,} grains in a quarter", first, now)
         draw(columns, options.out / "columns.png")
+    kept.make("ground", ground)
     print(verdicts.table(CLAIMS, first, now))
 
 
