@@ -6,7 +6,8 @@ undisturbed cone and time over aspect ratio and friction.
 Set-up and limits (``CLAIMS``) were committed before the first run; none is fitted to it. Some 12,000 grains in a
 quarter of a cylinder, eight columns. Columns are kept in ``columns.json``, so the script goes on with the one at which
 it was stopped. It prints the table of verdicts, and writes ``verdicts.json`` and ``columns.png`` from the columns that
-are done. ``first.json`` holds the verdicts of the first complete run, and is never written again.
+are done. ``first.json`` holds the verdicts of the first complete run, and is never written again: that of columns on a
+plane with the grains' own mu_s, which the beads slid on (``FIRST``). Today's stand on a rough floor, as the sources'.
 
 What was known before: run-outs of the default grains, in fewer, are 4 to 16 % short of the law (V19); nothing of
 height, cone, time, foot or of other friction. Friction comes from the materials' published angles of repose by this
@@ -47,22 +48,27 @@ COARSE = 19.0
 
 
 class Plan(NamedTuple):
-    """One column of the plan."""
+    """One column of the plan; a floor that is not ``rough`` has the grains' own friction."""
 
     material: str
     aspect: float
     radius: float
     seed: int = 1
+    rough: bool = True
 
     @property
     def name(self) -> str:
-        return f"{self.material}, a = {self.aspect:g}, radius {self.radius:g}, seed {self.seed}"
+        floor = ", rough floor" if self.rough else ""
+        return f"{self.material}, a = {self.aspect:g}, radius {self.radius:g}, seed {self.seed}{floor}"
 
 
 BEADS = {aspect: Plan("beads", aspect, RADII[aspect]) for aspect in ASPECTS}
 SAND = {aspect: Plan("sand", aspect, RADII[aspect]) for aspect in TALL}
 SEEDS = (BEADS[1.0], BEADS[1.0]._replace(seed=2))
-PLAN = (*BEADS.values(), SEEDS[1], *SAND.values(), Plan("beads", 1.0, COARSE))
+PLAN = (*BEADS.values(), SEEDS[1], Plan("beads", 1.0, COARSE), *SAND.values())
+
+FIRST = tuple(plan._replace(rough=False) for plan in PLAN)
+"""The columns of the first run: on a plane with mu_s of the grains, which those of the beads slid on."""
 
 CLAIMS = {
     "V32": Claim("beads, a = 0.5 and 1: run-out over 1.24 a R, mean", 1.0, 0.10),
@@ -183,12 +189,12 @@ def draw(columns: Columns, path: Path) -> None:
     axes = figure.subplot_mosaic([["deposits", "deposits"], ["runout", "height"]], height_ratios=(1.0, 1.3))
     deposits, runout, height = axes["deposits"], axes["runout"], axes["height"]
     for plan, shade in zip(BEADS.values(), ("0.75", "0.55", "0.3", "0.0"), strict=True):
-        if plan in columns:
-            one = columns[plan]
-            deposits.plot(np.array(one.ring) / one.radius, np.array(one.top) / one.radius, "-", color=shade,
-                          label=f"beads, a = {plan.aspect:g}")  # fmt: skip
-            deposits.plot(1.0 + one.expected, 0.0, "^", color=shade, clip_on=False, ms=8)
-            deposits.plot(0.0, min(one.aspect, 0.74), ">", color=shade, clip_on=False)
+        for rough, style, label in ((True, "-", f"beads, a = {plan.aspect:g}"), (False, ":", None)):
+            if one := columns.get(plan._replace(rough=rough)):
+                x, y = (np.array(part) / one.radius for part in (one.ring, one.top))
+                deposits.plot(x, y, style, color=shade, label=label)
+        deposits.plot(1.0 + collapsed_column.runout_by_law(plan.aspect), 0.0, "^", color=shade, clip_on=False, ms=8)
+        deposits.plot(0.0, min(plan.aspect, 0.74), ">", color=shade, clip_on=False, ms=8)
     deposits.set_xlim(0.0, None)
     deposits.set_ylim(0.0, None)
     deposits.set_xlabel("distance from the axis over R (triangles: the experiments' run-out and height)")
@@ -198,14 +204,17 @@ def draw(columns: Columns, path: Path) -> None:
     runout.loglog(over, [collapsed_column.runout_by_law(a) for a in over], "k-", label="Lube et al. 2004")
     height.semilogx(over, [collapsed_column.height_by_law(a) for a in over], "k-", label="Lube et al. 2004 (sand)")
     height.plot(over, np.minimum(over, 0.74), "k--", label="Lajeunesse et al. 2004 (beads)")
+    kinds = {
+        "rough floor": lambda plan: plan.rough and plan.radius == RADII[plan.aspect],
+        "half as many grains": lambda plan: plan.rough and plan.radius != RADII[plan.aspect],
+        "first run, smooth floor": lambda plan: not plan.rough,
+    }
     for material, colour in COLOURS.items():
-        for fine in (True, False):
-            ours = [one for plan, one in columns.items() if plan.material == material
-                    and (plan.radius == RADII[plan.aspect]) == fine]  # fmt: skip
-            style = {"color": colour, "mfc": colour if fine else "none", "ls": "none", "marker": "o"}
-            label = (material if fine else f"{material}, half as many grains") if ours else None
-            runout.plot([one.aspect for one in ours], [one.runout for one in ours], **style, label=label)
-            height.plot([one.aspect for one in ours], [one.height for one in ours], **style, label=label)
+        for (words, of_kind), marker in zip(kinds.items(), ("o", "s", "x"), strict=True):
+            if ours := [one for plan, one in columns.items() if plan.material == material and of_kind(plan)]:
+                style = {"color": colour, "ls": "none", "marker": marker, "label": f"{material}, {words}"}
+                runout.plot([one.aspect for one in ours], [one.runout for one in ours], **style)
+                height.plot([one.aspect for one in ours], [one.height for one in ours], **style)
     for part, words in ((runout, "run-out over R"), (height, "height of the middle over R")):
         part.set_xticks([0.5, 1.0, 2.0, 4.0], ["0.5", "1", "2", "4"])
         part.set_xticks([], minor=True)
@@ -222,14 +231,16 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     kept = Kept(options.out / "columns.json")
-    columns: Columns = {}
+    there = [plan for plan in FIRST if plan.name in kept.rows]
+    columns = {plan: Column(**verdicts.fields(Column, kept.rows[plan.name])) for plan in there}
     for plan in PLAN:
         row = kept.make(plan.name, functools.partial(one_column, plan))
         columns[plan] = Column(**verdicts.fields(Column, row))
         now = judged(columns)
         first = verdicts.first_of(options.out, CLAIMS, now)
-        grains = [one.grains for one in columns.values()]
-        verdicts.write(options.out, f"{min(grains):,} to {max(grains):,} grains in a quarter", first, now)
+        grains = [columns[plan].grains for plan in BEADS.values() if plan in columns]
+        resolution = f"{min(grains):,} to {max(grains):,} grains in a quarter"
+        verdicts.write(options.out, resolution, first, now, old="first run, floor that beads slide on")
         draw(columns, options.out / "columns.png")
     kept.make("ground", ground)
     print(verdicts.table(CLAIMS, first, now))
@@ -237,7 +248,8 @@ def main() -> None:
 
 def one_column(plan: Plan) -> Column:
     """A column of the plan, let go."""
-    return collapsed_column.column(plan.aspect, plan.radius, CONTACTS[plan.material], plan.seed)
+    floor = collapsed_column.ROUGH if plan.rough else None
+    return collapsed_column.column(plan.aspect, plan.radius, CONTACTS[plan.material], plan.seed, floor)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A granular column that collapses onto a rough horizontal floor: how far it runs, how high it stays, what of it never
+"""A granular column that collapses onto a horizontal floor: how far it runs, how high it stays, what of it never
 moves, and how long it takes; and what experiments found.
 
 With R and H the radius and height of the column, a = H / R, R_f and H_f those of the deposit:
@@ -21,7 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from dem.contact.columns import RADIUS
+from dem.contact.columns import FRICTION, RADIUS, SHAPE
 from dem.contact.settings import Contact
 from dem.contact.walls import PLANE, Wall
 from dem.grains.assembly import Assembly
@@ -42,6 +42,18 @@ MOST, ARRIVED = 0.99, 0.98
 its way is done."""
 STILL = 0.02
 """Rms speed [sqrt(g d)] at which a collapse is over."""
+
+
+class Floor(NamedTuple):
+    """mu_s and beta of the contacts of grains with the floor."""
+
+    friction: float
+    shape: float
+
+
+ROUGH = Floor(1.0, 0.8)
+"""A floor that grains neither slide nor roll on, as sandpaper or one with glued grains is in the experiments. A plane
+with the grains' own mu_s is one that grains of small mu_s slide on before they yield among themselves."""
 
 
 class Column(NamedTuple):
@@ -83,13 +95,18 @@ def height_by_law(aspect: float) -> float:
     return min(aspect, 0.88 * aspect ** (1.0 / 6.0))
 
 
-def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Column:
-    """A column of ``radius`` [d] and height ``aspect`` * radius let go on a rough floor."""
-    floor = [Wall(PLANE, species=0)]
-    start = filled(radius, aspect * radius, floor, contact, seed)
+def column(
+    aspect: float, radius: float, contact: Contact, seed: int = 1, floor: Floor | None = None
+) -> Column:  # fmt: skip
+    """A column of ``radius`` [d] and height ``aspect`` * radius let go on a plane with the grains' own friction, or on
+    ``floor``."""
+    plane = [Wall(PLANE, species=0)]
+    start = filled(radius, aspect * radius, plane, contact, seed)
     high = 2.0 * float(start.mass @ start.position[:, 2] / start.mass.sum())
     level, before = _level(start, radius - 1.0), _places(start)
-    run = released(start, contact, [*floor, *SIDES])
+    run = released(start, contact, [*plane, *SIDES])
+    if floor:
+        run.wall_tables[0, :, [FRICTION, SHAPE]] = np.array(floor)[:, None]
     times, reach, overlap, speed = [0.0], [_reach(run)], 0.0, math.inf
     while run.time < 3.0 * math.sqrt(high) or (STILL < speed and run.time < 20.0 * math.sqrt(high)):
         speed = advance(run, 0.05 * math.sqrt(high))

@@ -1,5 +1,5 @@
 """Columns that collapse: their measures against closed forms, verdicts on columns that obey the laws, and the friction
-that the map gives. That grains run out is told by ``test_bulk.py``."""
+that the map gives, and what the floor does. That grains run out is told by ``test_bulk.py``."""
 
 import json
 import math
@@ -90,3 +90,13 @@ def test_of_claims_without_their_columns_there_is_none():
     scatter = 0.1 / math.sqrt(2.0) / 1.05
     assert study.judged(twice)["V33"].error == pytest.approx(scatter / math.sqrt(2.0))
     assert study.judged(twice)["V35"].error == pytest.approx(scatter / (math.log(2.0) / math.sqrt(2.0)))
+
+
+def test_a_rough_floor_holds_what_a_smooth_one_lets_slide():
+    """Beads on a plane with their own mu_s of 0.188 slide off before they yield among themselves."""
+    smooth, rough = (
+        collapsed_column.column(0.6, 7.0, study.CONTACTS["beads"], floor=floor)
+        for floor in (None, collapsed_column.ROUGH)
+    )
+    assert rough.runout < 0.7 * smooth.runout
+    assert rough.cone_deg > smooth.cone_deg + 10.0
