@@ -6,8 +6,9 @@ undisturbed cone and time over aspect ratio and friction.
 Set-up and limits (``CLAIMS``) were committed before the first run; none is fitted to it. Some 12,000 grains in a
 quarter of a cylinder, eight columns. Columns are kept in ``columns.json``, so the script goes on with the one at which
 it was stopped. It prints the table of verdicts, and writes ``verdicts.json`` and ``columns.png`` from the columns that
-are done. ``first.json`` holds the verdicts of the first complete run, and is never written again: that of columns on a
-plane with the grains' own mu_s, which the beads slid on (``FIRST``). Today's stand on a rough floor, as the sources'.
+are done. ``first.json`` holds the verdicts of the first run, and is never written again: it was stopped after two
+columns (``FIRST``), on a plane with the grains' own mu_s, which the beads slid on. Today's stand on a rough floor, as
+the sources'; what the first run left open they answer for the first time.
 
 What was known before: run-outs of the default grains, in fewer, are 4 to 16 % short of the law (V19); nothing of
 height, cone, time, foot or of other friction. Friction comes from the materials' published angles of repose by this
@@ -142,8 +143,8 @@ def _exponent(columns: Columns, scatter: Scatter, aspects: tuple[float, ...]) ->
 
 def _meeting(columns: Columns, scatter: Scatter) -> tuple[float, float]:
     low, tall = (_over_law(columns, scatter, aspects) for aspects in (LOW, TALL))
-    meeting = (1.6 * tall[0] / (1.24 * low[0])) ** 2
-    return meeting, 2.0 * meeting * math.hypot(low[1] / low[0], tall[1] / tall[0])
+    crossing = (1.6 * tall[0] / (1.24 * low[0])) ** 2
+    return crossing, 2.0 * crossing * math.hypot(low[1] / low[0], tall[1] / tall[0])
 
 
 def _of_beads(name: str, aspects: tuple[float, ...]) -> Callable[[Columns, Scatter], tuple[float, float]]:
@@ -179,7 +180,7 @@ MEASURES: dict[str, Callable[[Columns, Scatter], tuple[float, float]]] = {
 COLOURS = {"beads": "#2f6f9f", "sand": "#b5651d"}
 
 
-def draw(columns: Columns, path: Path) -> None:
+def draw_columns(columns: Columns, path: Path) -> None:
     """Deposits beside what the experiments left, and run-out and height over the aspect ratio."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
@@ -220,7 +221,10 @@ def draw(columns: Columns, path: Path) -> None:
         part.set_xticks([], minor=True)
         part.set_xlabel("aspect ratio a = H / R")
         part.set_ylabel(words)
-        part.legend(frameon=False)
+        part.legend(frameon=False, loc="lower right")
+    runout.set_yticks([0.5, 1.0, 2.0, 4.0], ["0.5", "1", "2", "4"])
+    runout.set_yticks([], minor=True)
+    height.set_ylim(0.0, None)
     figure.savefig(path, dpi=100)
 
 
@@ -241,7 +245,7 @@ def main() -> None:
         grains = [columns[plan].grains for plan in BEADS.values() if plan in columns]
         resolution = f"{min(grains):,} to {max(grains):,} grains in a quarter"
         verdicts.write(options.out, resolution, first, now, old="first run, floor that beads slide on")
-        draw(columns, options.out / "columns.png")
+        draw_columns(columns, options.out / "columns.png")
     kept.make("ground", ground)
     print(verdicts.table(CLAIMS, first, now))
 

@@ -77,7 +77,7 @@ def test_columns_that_obey_the_laws_are_met(tmp_path):
         (study.SAND[2.0], {"runout": 1.7}, {"V43"}),
     ):
         assert names - met(made | {plan: made[plan]._replace(**changed)}) == lost
-    study.draw(made, tmp_path / "columns.png")
+    study.draw_columns(made, tmp_path / "columns.png")
     assert (tmp_path / "columns.png").stat().st_size > 10_000
 
 
