@@ -23,7 +23,7 @@ from dem.beds import stage
 from dem.contact.settings import Contact, GrainLaw
 from matter.case.body import Impact, Target
 from matter.files import snapshot
-from studies.granular import bulk_flows, carved_bowl
+from studies.granular import bulk_flows, carved_bowl, collapsed_column
 
 CONTACT = Contact(steps_per_contact=20)
 COLUMNS = ((0.5, 32.0), (1.0, 22.0), (2.0, 16.0), (3.0, 14.0), (5.0, 12.0))
@@ -71,9 +71,8 @@ def columns(out: Path, size: float) -> None:
     """Run-out over aspect ratio."""
     kept = Kept(out / "column.json")
     for aspect, radius in COLUMNS:
-        kept.make(
-            f"a={aspect:g} r0={radius * size:g}", lambda a=aspect, r=radius * size: bulk_flows.column(a, r, CONTACT)
-        )
+        made = functools.partial(collapsed_column.column, aspect, radius * size, CONTACT)
+        kept.make(f"a={aspect:g} r0={radius * size:g}", made)
 
 
 def hoppers(out: Path) -> None:

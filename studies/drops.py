@@ -14,19 +14,19 @@ from __future__ import annotations
 
 import argparse
 import functools
-import json
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from dem.trials import friction_angle
 from matter.particles import Particles
 from studies.dem_bulk import Kept
-from studies.granular import dropped_ball
+from studies.granular import dropped_ball, verdicts
 from studies.granular.dropped_ball import BEADS, Ball, Fall
+from studies.granular.verdicts import Claim, Found
 
 RADIUS, HEIGHT, DIAMETER = 18.0, 15.0, 7.0
 """Of the cylinder, of its filling, and of the ball [d]."""
@@ -60,14 +60,6 @@ PLAN = (
 )
 
 
-class Claim(NamedTuple):
-    """What is ``wanted`` of a number, and how far off it may be: ``limit`` (0 wanted: at most)."""
-
-    words: str
-    wanted: float
-    limit: float
-
-
 CLAIMS = {
     "V23": Claim("depth over the total drop H = h + d: exponent", 1.0 / 3.0, 0.05),
     "V24": Claim("depth over that of the law (0.14/mu) (rho_b/rho_g)^1/2 D^2/3 H^1/3, mean of five", 1.0, 0.20),
@@ -84,14 +76,6 @@ CLAIMS = {
 density 0.10 is 27 %; mu of the law is of an angle of repose in the source, of steady shear here, which may be 20 %
 apart; the others are what the sources' words ("linear", "independent", "no rebounds") are taken to mean beside a ball
 of seven beads."""
-
-
-class Found(NamedTuple):
-    """A number with its error from the scatter of three beds (nan: none), and whether it is within the limit."""
-
-    value: float
-    error: float
-    met: bool
 
 
 def bed_of(seed: int, work: Path) -> Particles:
@@ -121,14 +105,14 @@ def ground_of(work: Path) -> Ground:
 def judged(falls: dict[Drop, Fall], ground: Ground) -> dict[str, Found]:
     """The verdicts that these drops allow; of a claim whose drops are not complete there is none."""
     beds = [falls[drop] for drop in (Drop(ALUMINIUM, MIDDLE, seed) for seed in SEEDS) if drop in falls]
-    scatter = {name: _scatter([getattr(one, name) for one in beds]) for name in ("depth", "width", "duration")}
+    scatter = {name: verdicts.scatter([getattr(one, name) for one in beds]) for name in ("depth", "width", "duration")}
     found = {}
     for name, measure in MEASURES.items():
         try:
             value, error = measure(falls, ground, scatter)
         except KeyError:
             continue
-        found[name] = Found(value, error, bool(abs(value - CLAIMS[name].wanted) <= CLAIMS[name].limit))
+        found[name] = verdicts.judged(CLAIMS[name], value, error)
     return found
 
 
@@ -144,7 +128,7 @@ def _over_total(falls: Falls, scatter: Scatter, name: str) -> tuple[float, float
     """Exponent of a length over H."""
     main = _heights(falls)
     total = [one.height + one.depth for one in main]
-    return dropped_ball.exponent(total, [getattr(one, name) for one in main]), scatter[name] / _spread(total)
+    return verdicts.exponent(total, [getattr(one, name) for one in main]), scatter[name] / verdicts.spread(total)
 
 
 def _over_law(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
@@ -159,7 +143,7 @@ def _over_density(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float
     densities = (WOOD, ALUMINIUM, STEEL)
     other = [falls[Drop(density, LOW)] for density in densities]
     parts = [one.depth / (one.height + one.depth) ** (1.0 / 3.0) for one in other]
-    return dropped_ball.exponent(densities, parts), scatter["depth"] / _spread(densities)
+    return verdicts.exponent(densities, parts), scatter["depth"] / verdicts.spread(densities)
 
 
 def _duration(falls: Falls, ground: Ground, scatter: Scatter) -> tuple[float, float]:
@@ -205,63 +189,6 @@ MEASURES: dict[str, Callable[[Falls, Ground, Scatter], tuple[float, float]]] = {
 """Value and error of each claim."""
 
 
-def _scatter(values: list[float]) -> float:
-    """Standard deviation over the mean; nan of fewer than two."""
-    return math.nan if len(values) < 2 else float(np.std(values, ddof=1) / np.mean(values))
-
-
-def _spread(x: Any) -> float:
-    """What the error of a point is to be divided by for that of an exponent: root of the sum of squares of ln x about
-    its mean."""
-    return float(np.sqrt(np.sum((np.log(x) - np.mean(np.log(x))) ** 2)))
-
-
-def worded(found: Found) -> str:
-    """Value and error in words."""
-    return f"{found.value:.3f}" + (f" +- {found.error:.3f}" if math.isfinite(found.error) else "")
-
-
-def first_of(out: Path, now: dict[str, Found]) -> dict[str, Found]:
-    """The verdicts of the first complete run: those of ``first.json``, which is written where it is missing."""
-    path = out / "first.json"
-    if not path.is_file():
-        if len(now) < len(CLAIMS):
-            return {}
-        path.write_text(json.dumps({name: found._asdict() for name, found in now.items()}, indent=1))
-    return {name: Found(**found) for name, found in json.loads(path.read_text()).items()}
-
-
-def judgement(found: dict[str, Found], name: str) -> str:
-    """Value and verdict of a claim in words."""
-    if name not in found:
-        return "not run"
-    return f"{worded(found[name])}: {'met' if found[name].met else '**not met**'}"
-
-
-def table(first: dict[str, Found], now: dict[str, Found]) -> str:
-    """The verdicts as Markdown."""
-    lines = ["| | claim | asked | first | now |", "|---|---|---|---|---|"]
-    for name, claim in CLAIMS.items():
-        asked = f"at most {claim.limit:g}" if claim.wanted == 0.0 else f"{claim.wanted:.3g} +- {claim.limit:g}"
-        lines.append(f"| {name} | {claim.words} | {asked} | {judgement(first, name)} | {judgement(now, name)} |")
-    return "\n".join(lines)
-
-
-def write_verdicts(out: Path, ground: Ground, first: dict[str, Found], now: dict[str, Found]) -> None:
-    """``verdicts.json`` for the page of all claims: those of today, of the first run where its drops are not there
-    yet; what the first run said where that was another verdict."""
-    rows = []
-    for name, found in (first | now).items():
-        row = {"id": name, "ours": worded(found), "verdict": "met" if found.met else "not met"}
-        if name not in now:
-            row["why"] = "first run, close bed"
-        elif name in first and first[name].met != found.met:
-            row["why"] = f"first run: {worded(first[name])}"
-        rows.append(row)
-    content = {"resolution": f"{ground.beads:,} beads, ball of {DIAMETER:g} beads", "verdicts": rows}
-    (out / "verdicts.json").write_text(json.dumps(content, indent=1))
-
-
 def draw_drops(falls: dict[Drop, Fall], ground: Ground, path: Path) -> None:
     """Depths beside the law, and the hollows."""
     from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -299,29 +226,25 @@ def main() -> None:
     options = parser.parse_args()
     options.out.mkdir(parents=True, exist_ok=True)
     kept = Kept(options.out / "drops.json")
-    ground = Ground(**_fields(Ground, kept.make("ground", lambda: ground_of(options.work))))
+    ground = Ground(**verdicts.fields(Ground, kept.make("ground", lambda: ground_of(options.work))))
     falls: Falls = {}
     for drop in PLAN:
         row = kept.make(drop.name, functools.partial(one_drop, drop, options.work))
-        falls[drop] = Fall(**_fields(Fall, row))
+        falls[drop] = Fall(**verdicts.fields(Fall, row))
         if len(falls) >= len(HEIGHTS):  # so that what there is is told where the rest takes long
             now = judged(falls, ground)
-            first = first_of(options.out, now)
-            write_verdicts(options.out, ground, first, now)
+            first = verdicts.first_of(options.out, CLAIMS, now)
+            resolution = f"{ground.beads:,} beads, ball of {DIAMETER:g} beads"
+            verdicts.write(options.out, resolution, first, now, old="first run, close bed")
             draw_drops(falls, ground, options.out / "drops.png")
     d1, k, _ = dropped_ball.force_law(_heights(falls), DIAMETER)
     print(f"force law: d_1 = {d1 / DIAMETER:.3f} D, k D / (m g) = {k * DIAMETER:.2f}")
-    print(table(first, now))
+    print(verdicts.table(CLAIMS, first, now))
 
 
 def one_drop(drop: Drop, work: Path) -> Fall:
     """A drop of the plan onto the bed of its seed."""
     return dropped_ball.fall(bed_of(drop.seed, work), Ball(DIAMETER, drop.density, drop.height), drop.springs)
-
-
-def _fields(kind: Any, row: dict[str, Any]) -> dict[str, Any]:
-    """Those of a kept row that ``kind`` has."""
-    return {name: row[name] for name in kind._fields}
 
 
 if __name__ == "__main__":

@@ -1,13 +1,12 @@
-"""Flows of many grains whose outcome is known from experiments: a column that collapses, a hopper that drains, a heap
-that is left on a plate.
+"""Fillings of many grains, and flows from them whose outcome is known from experiments: a hopper that drains, a heap
+that is left on a plate (a column that collapses: ``collapsed_column``).
 
 Units: mean diameter d = 1, density of a grain 1, g = 1; of column and heap a quarter between two smooth planes, of the
 hopper all: in a quarter a vault of a dozen grains, held by its mirror images, blocks a hole of eight diameters. k_n =
 600 rho g H d^2 for the height H of the filling, so that neither load nor fall makes overlaps above some hundredths of
 a diameter.
 
-Sources: Lube, Huppert, Sparks & Hallworth 2004, J. Fluid Mech. 508, 175 (column); Beverloo, Leniger & van de Velde
-1961, Chem. Eng. Sci. 15, 260 (hopper).
+Source: Beverloo, Leniger & van de Velde 1961, Chem. Eng. Sci. 15, 260.
 """
 
 from __future__ import annotations
@@ -132,72 +131,6 @@ def remove_fallen(bed: Assembly, below: float) -> int:
     if count:
         bed.change_states(fallen, LEFT, "landed_outside")
     return count
-
-
-def thickness(bed: Assembly, width: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    """Middles of rings [d] about the axis and the thickness of the deposit in them: grain volume over area and
-    ``PACKED``."""
-    x = bed.X[: bed.moving]
-    across = np.hypot(x[:, 0], x[:, 1])
-    edges = np.arange(0.0, across.max() + 2.0 * width, width)
-    volume = np.histogram(across, edges, weights=4.0 / 3.0 * math.pi * x[:, RADIUS] ** 3)[0]
-    return 0.5 * (edges[1:] + edges[:-1]), volume / (0.25 * math.pi * np.diff(edges**2)) / PACKED
-
-
-class Column(NamedTuple):
-    """Aspect ratio at the start; run-out (r_end - r_0) / r_0 measured and after Lube et al.; height at the end over
-    r_0, likewise; duration [sqrt(d/g)]."""
-
-    aspect: float
-    runout: float
-    expected: float
-    height: float
-    expected_height: float
-    duration: float
-    grains: int
-
-
-FRONT = (0.5, 2.5)
-"""Thicknesses [d] between which the outer slope of the deposit is fitted; where it comes to nothing is the run-out:
-the last grains lie one by one."""
-
-
-def front(position: np.ndarray, deep: np.ndarray) -> float:
-    """Distance [d] at which the straight line through the outer slope of a deposit comes to nothing."""
-    last = int(np.flatnonzero(deep > FRONT[0])[-1])
-    first = last
-    while first > 0 and deep[first - 1] < FRONT[1]:
-        first -= 1
-    first = min(first, last - 2)
-    slope, offset = np.polyfit(position[first : last + 2], deep[first : last + 2], 1)
-    return float(-offset / slope)
-
-
-def column(aspect: float, radius: float, contact: Contact, seed: int = 1) -> Column:
-    """A column of ``radius`` [d] and height ``aspect`` * radius let go on a rough floor."""
-    floor = [Wall(PLANE, species=0)]
-    bed = filled(radius, aspect * radius, floor, contact, seed)
-    top = 2.0 * float(bed.mass @ bed.position[:, 2] / bed.mass.sum())
-    aspect = top / radius
-    bed = released(bed, contact, [*floor, *SIDES])
-    duration = 3.0 * math.sqrt(top)
-    advance(bed, duration)
-    while advance(bed, 2.0) > 0.02 and duration < 20.0 * math.sqrt(top):
-        duration += 2.0
-    position, deep = thickness(bed)
-    edge = front(position, deep)
-    inner = bed.X[np.hypot(bed.position[:, 0], bed.position[:, 1]) < max(2.0, 0.15 * radius)]
-    expected = 1.24 * aspect if aspect < 1.7 else 1.6 * math.sqrt(aspect)
-    high = aspect if aspect < 1.0 else 0.88 * aspect ** (1.0 / 6.0)
-    return Column(
-        aspect,
-        edge / radius - 1.0,
-        expected,
-        float((inner[:, 2] + inner[:, RADIUS]).max()) / radius,
-        high,
-        duration,
-        len(bed.X),
-    )
 
 
 class Hopper(NamedTuple):

@@ -221,11 +221,6 @@ def depth_by_law(mu: float, density_ratio: float, height: float) -> float:
     return float(brentq(lambda d: d - c * (height + d) ** (1.0 / 3.0), 0.5 * c**1.5, 10.0 + 10.0 * c + height))
 
 
-def exponent(x: Sequence[float], y: Sequence[float]) -> float:
-    """Power of x by which y grows: the slope of ln y over ln x."""
-    return float(np.polyfit(np.log(x), np.log(y), 1)[0])
-
-
 def bend(x: Sequence[float], y: Sequence[float]) -> float:
     """Largest distance of y from its straight line over x, over the largest y."""
     return float(np.max(np.abs(np.polyval(np.polyfit(x, y, 1), x) - y)) / np.max(y))

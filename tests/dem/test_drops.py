@@ -9,7 +9,7 @@ from scipy.integrate import solve_ivp
 
 from dem.trials import friction_angle
 from studies import drops as study
-from studies.granular import dropped_ball
+from studies.granular import dropped_ball, verdicts
 from studies.granular.dropped_ball import Ball, Fall
 
 
@@ -27,7 +27,7 @@ def test_the_depth_by_law_solves_the_law():
 
 def test_exponents_and_bends():
     x = np.array([0.3, 1.0, 5.0])
-    assert dropped_ball.exponent(x, 2.0 * x**0.25) == pytest.approx(0.25)
+    assert verdicts.exponent(x, 2.0 * x**0.25) == pytest.approx(0.25)
     assert dropped_ball.bend(x, 1.0 + 3.0 * x) == pytest.approx(0.0, abs=1e-12)
     assert dropped_ball.bend([0.0, 1.0, 2.0], [0.0, 1.0, 1.0]) == pytest.approx(1.0 / 3.0)
 
@@ -134,10 +134,12 @@ def test_verdicts_are_given_of_what_is_there(tmp_path):
     some = [drop for drop in study.PLAN if drop.springs == 1.0 and drop.seed == 1]
     found = study.judged({drop: fallen(drop.height, 9.0, 0.6) for drop in some}, ground)
     assert set(found) == set(study.CLAIMS) - {"V30"} and math.isnan(found["V23"].error)
-    assert study.first_of(tmp_path, found) == {} and not list(tmp_path.iterdir())
-    before = {name: study.Found(9.0, 0.5, False) for name in study.CLAIMS}
-    assert study.first_of(tmp_path, before) == study.first_of(tmp_path, found) == before
-    study.write_verdicts(tmp_path, ground, before, found)
+    assert verdicts.first_of(tmp_path, study.CLAIMS, found) == {} and not list(tmp_path.iterdir())
+    before = {name: verdicts.Found(9.0, 0.5, False) for name in study.CLAIMS}
+    assert (
+        verdicts.first_of(tmp_path, study.CLAIMS, before) == verdicts.first_of(tmp_path, study.CLAIMS, found) == before
+    )
+    verdicts.write(tmp_path, "tiny", before, found, old="first run, close bed")
     rows = {row["id"]: row for row in json.loads((tmp_path / "verdicts.json").read_text())["verdicts"]}
     assert rows["V30"]["why"] == "first run, close bed" and rows["V30"]["ours"] == "9.000 +- 0.500"
-    assert "| not run |" in study.table(before, found)
+    assert "| not run |" in verdicts.table(study.CLAIMS, before, found)
