@@ -355,4 +355,6 @@ def compute(scheme: Scheme, rows: Rows, neighbours, matter: Matter, damping: Dam
     """
     if scheme.reconstructed and len(out.strain_rate) == 0:
         raise ValueError("a reconstructed viscosity keeps the velocity gradient: Rates(n, strain_rate=True)")
+    if len(out.mean_pressure) != len(out.count):  # the loop would write beyond its end
+        raise ValueError(f"{len(out.mean_pressure)} mean pressures for {len(out.count)} particles")
     pair_loop(scheme)(rows, Pairs.from_neighbours(neighbours), matter, damping, out.sums)

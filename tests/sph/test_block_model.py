@@ -195,10 +195,14 @@ def test_other_numerics_are_refused(tmp_path):
 
 
 # ---------------------------------------------------------------- a slope
+COARSE = pytest.mark.xfail(strict=True, reason="the layers next to the rock hardly move: slopes.viscous, found 0.79")
+
+
 @pytest.mark.validation
-def test_a_slope_that_stands_flows_as_a_viscous_sheet_while_it_shakes():
+@pytest.mark.parametrize("layers", [pytest.param(14, marks=COARSE), 28])
+def test_a_slope_that_stands_flows_as_a_viscous_sheet_while_it_shakes(layers):
     """Sand of 30 deg (it slides from 34.7 deg on) at 25 deg stands; with its pressure carried whole it has the
     transient of a viscous sheet in closed form."""
     assert abs(slopes.slope(math.radians(25.0))) < 0.02
-    speed, off = slopes.viscous(math.radians(25.0), layers=28)
+    speed, off = slopes.viscous(math.radians(25.0), layers=layers)
     assert speed == pytest.approx(1.0, abs=0.1) and off < 0.12

@@ -91,5 +91,12 @@ def test_bad_values_are_refused(choice, words):
 def test_a_slope_of_grains_comes_to_flow_as_bagnold_says():
     """Sand of 20 deg (it slides from 24.0 deg on) at 32 deg: the shear in closed form, but for the layers next to rock
     and surface."""
-    speed, off = slopes.bagnold(math.radians(32.0), layers=28)
-    assert speed == pytest.approx(1.0, abs=0.1) and off < 0.05
+    _, shear, off = slopes.bagnold(math.radians(32.0), layers=28)
+    assert shear == pytest.approx(1.0, abs=0.1) and off < 0.05
+
+
+@pytest.mark.validation
+@pytest.mark.xfail(strict=True, reason="the layers next to the rock hardly move: slopes.bagnold, found 0.79")
+def test_a_slope_of_grains_flows_at_bagnolds_speed():
+    """Of the upper half, in the frame of the rock, with 14 layers."""
+    assert slopes.bagnold(math.radians(32.0))[0] == pytest.approx(1.0, abs=0.1)
