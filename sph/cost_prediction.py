@@ -1,11 +1,12 @@
 """What the shock stage will cost, before it runs, and what that follows from.
 
-Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + 0.6 alpha) c_l), layer by layer;
-fast ejecta and the impact itself ask for a fifth more. Measured: 4,557 steps where this gives 4,550 (Valhalla, quick),
-0.74 to 0.83 us per particle and step of one thread on a busy machine, with supports of 2 spacings and Monaghan's
-viscosity. In a late stage the same with its sound speed and alpha: 3,260 steps where this gives 3,520 (Ryugu's shot,
-quick). A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports make a visit
-1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
+Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + a alpha f) c_l), layer by layer
+(``sph.stepping.timestep``; f = 1/2 with reconstructed jumps); fast ejecta and the impact itself ask for a fifth more.
+Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74 to 0.83 us per particle and step of one thread on
+a busy machine, with supports of 2 spacings and Monaghan's viscosity. In a late stage the same with its sound speed and
+alpha: 3,260 steps where this gives 3,520 (Ryugu's shot, quick). A step goes by the neighbours, as the cube of the
+support; slopes and the terms of the supports make a visit 1.6 times as long (24 ns for 12.5,
+``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
 """
 
 from __future__ import annotations
@@ -32,6 +33,7 @@ _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-
 _PER_FINE, _PER_WIDE = 1e-5, 6e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
+_APPROACHING = 0.5
 _EFFICIENCY = 0.85
 """Threads count as their number to this power."""
 
@@ -89,7 +91,9 @@ def _courant(settings: Settings, spacing: float, material: str, late: float | No
     wave, alpha = ground.wave, settings.alpha
     if late is not None and settings.late is not None:
         wave, alpha = wave * min(late / ground.sound, 1.0), settings.late.alpha
-    return settings.courant * 0.5 * settings.support * spacing / ((1.0 + 0.6 * alpha) * wave)
+    fraction = _APPROACHING if settings.reconstructed else 1.0
+    signal = (1.0 + settings.signal.linear * alpha * fraction) * wave
+    return settings.courant * 0.5 * settings.support * spacing / signal
 
 
 def steps(settings: Settings) -> tuple[float, float]:

@@ -19,6 +19,7 @@ class Sums(NamedTuple):
     stress: np.ndarray
     divergence: np.ndarray
     approach: np.ndarray
+    approaching: np.ndarray
     number: np.ndarray
     strain_rate: np.ndarray
     mean_pressure: np.ndarray
@@ -28,13 +29,15 @@ class Rates:
     """Time derivatives and by-products of one evaluation, kept from step to step.
 
     ``acceleration`` (n, 3), ``density`` [kg/(m^3 s)], ``energy`` [W/kg], ``stress`` (n, 5) [Pa/s], ``divergence`` of
-    velocity [1/s], ``approach`` the largest -mu [m/s] of the viscosity, ``count`` neighbours inside the support,
-    ``mean_pressure`` [Pa] of the neighbours (``sph.pairs.bearing_pressure``).
+    velocity [1/s], ``approach`` the largest -mu [m/s] of the viscosity, ``approaching`` the fraction of the neighbours
+    that it brakes (``sph.stepping.timestep``), ``count`` neighbours inside the support, ``mean_pressure`` [Pa] of the
+    neighbours (``sph.pairs.bearing_pressure``).
     """
 
     def __init__(self, n: int, strain_rate: bool = False):
         self.acceleration, self.stress = np.zeros((n, 3)), np.zeros((n, 5))
         self.density, self.energy, self.divergence, self.approach = (np.zeros(n) for _ in range(4))
+        self.approaching = np.zeros(n)
         self.strain_rate = np.zeros((n if strain_rate else 0, 6))
         self.mean_pressure = np.zeros(n)
         self.count = np.zeros(n, dtype=np.int32)
@@ -49,6 +52,7 @@ class Rates:
             self.stress,
             self.divergence,
             self.approach,
+            self.approaching,
             self.count,
             self.strain_rate,
             self.mean_pressure,

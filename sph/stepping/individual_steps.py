@@ -56,7 +56,7 @@ def measure(i: Integrator) -> dict[str, Any]:
     """Time and shortest step [s], particles by k, and the fraction of visits that would be saved."""
     c = i.cloud
     step = timestep.steps(
-        c, i.forces.rates, i.forces.evaluated, i.damping.alpha, i.damping.beta, i.forces.numerics.courant
+        c, i.forces.rates, i.forces.evaluated, i.damping, i.forces.numerics.courant, i.forces.numerics.signal
     )[0]
     owner = np.zeros(0, dtype=np.int64) if i.environment.images is None else i.environment.images.owner
     level = levels(step, Pairs.from_neighbours(i.neighbourhood.pairs), owner)

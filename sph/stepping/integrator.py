@@ -50,7 +50,7 @@ class Integrator:
         self.cloud, self.materials, self.environment = cloud, materials, environment
         self.edge, self.external_budget = environment.edge, ExternalBudget(environment)
         self.damping = Damping(numerics.alpha, numerics.beta, 1.0 / numerics.support, numerics.conductivity)
-        self.switches, self.step_limit = Switches(), StepLimit(numerics.courant)
+        self.switches, self.step_limit = Switches(), StepLimit(numerics.courant, numerics.signal)
         self.late_medium: late.LateStageMedium | None = None
         self.time, self.steps = 0.0, 0
         self.torque = net_torque.Torque()

@@ -19,13 +19,13 @@ class StepLimit:
     """``dt`` : the last step [s] before it was cut to an output, 0 where growth is free; ``why`` : what limited the
     last step; ``counts`` : steps by reason (``timestep.REASONS``)."""
 
-    def __init__(self, courant: float):
-        self.courant, self.dt, self.why = courant, 0.0, "growth"
+    def __init__(self, courant: float, signal: timestep.Signal):
+        self.courant, self.signal, self.dt, self.why = courant, signal, 0.0, "growth"
         self.counts = np.zeros(len(timestep.REASONS), dtype=np.int64)
 
     def next(self, cloud: Cloud, rates: Rates, evaluated: Evaluated, damping: Damping, left: float) -> float:
         """The next step [s], no longer than the time ``left`` [s]; counts what limits it."""
-        dt, why, _ = timestep.limit(cloud, rates, evaluated, damping.alpha, damping.beta, self.courant)
+        dt, why, _ = timestep.limit(cloud, rates, evaluated, damping, self.courant, self.signal)
         if self.dt > 0.0 and dt > GROWTH * self.dt:
             dt, why = GROWTH * self.dt, timestep.REASONS.index("growth")
         self.dt = dt

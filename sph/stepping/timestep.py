@@ -1,7 +1,7 @@
 """The step and what limits it.
 
-    sound         C (h/2) / (c_l (1 + 0.6 alpha) + 0.6 beta max(-mu))  (Courant with the viscous signal: Monaghan 1992,
-                                                                       eq. 10.5)
+    sound         C (h/2) / (c_l (1 + a alpha f) + b beta max(-mu))   (Courant with the viscous signal: Monaghan 1992,
+                                                                      eq. 10.5, a = b = 0.6)
     viscosity     the same, where the term with beta is the larger one
     acceleration  0.3 sqrt((h/2) / |a|)
     divergence    0.2 / |div v|          a Courant limit on c alone misses v dt at contact
@@ -10,18 +10,23 @@
 
 c_l is the longitudinal speed where there is shear strength. Particles that have lost their neighbours have no say.
 
+f is 1 with Monaghan's viscosity. With reconstructed jumps it is the fraction of the neighbours, weighted as in the
+mean pressure (``sph.pairs.bearing_pressure``), whose approach the viscosity sees: up to 1 in a front, near 1/2 in
+disordered flow, 0 where matter expands. There a = 1.1 and b = 1, so that C = 0.75 gives the step of a = b = 0.6 and
+C = 0.45 where f = 1 (1.09 times) and where beta acts, and up to 4.7 times that step where nothing is braked.
+
 Where all neighbours of a particle approach it, viscosity slows it down at the rate
 
     (4 pi / 3) alpha c h int W dr = (7/3) alpha c / (h/2)            Wendland's kernel: int W dr = 7 / (2 pi h^2)
 
-and explicit steps are stable below two over that: C < (6/7) (1 + 0.6 alpha) / alpha, 0.80 for alpha = 3. Measured in
-columns of 60 layers (ice 0.5 and 10, basalt 2, aluminium 5 km/s): C = 0.6 leaves P, rho, u and the shock's speed as
-C = 0.3 does within 0.2 %, at 0.7 weakly shocked ice is 1 % too hot, at 0.9 energies are up to 8 % too large.
+and explicit steps are stable below two over that. At C = 0.75 and alpha = 3 the step is 1.22 over it with f = 1; a
+front moves while no more than three quarters of the neighbours' weight approach, 1.51 over the rate of all.
 """
 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,27 +34,39 @@ from matter.compilation.jit import parallel_kernel, prange
 from sph.bodies.particle_cloud import Cloud
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import SOUND
+from sph.pairs.scheme import Damping
 from sph.stepping.state import Evaluated, interaction_fraction
 
 SOURCES = ("Monaghan1992",)
+
+
+class Signal(NamedTuple):
+    """Weights a and b of alpha and beta in the signal speed."""
+
+    linear: float
+    quadratic: float
+
+
+MONAGHAN, RECONSTRUCTED = Signal(0.6, 0.6), Signal(1.1, 1.0)
 
 REASONS = ("sound", "viscosity", "acceleration", "divergence", "energy", "growth", "output")
 
 
 @parallel_kernel
-def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
+def _limits(cloud, rates, evaluated, alpha, beta, courant, signals, step, reason):
     """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.bodies.particle_cloud.Fields``,
     ``sph.pairs.rate_arrays.Sums`` and ``sph.stepping.state.Response``."""
     h, u, gravity, count = cloud.support_radius, cloud.specific_energy, cloud.gravity, cloud.neighbours
     wave, row = evaluated.wave, evaluated.row
     approach, acceleration, divergence = rates.approach, rates.acceleration, rates.divergence
-    energy_rate = rates.energy
+    energy_rate, approaching = rates.energy, rates.approaching
     for i in prange(len(h)):
         if interaction_fraction(count[i]) <= 0.0:
             step[i], reason[i] = 1e30, 0
             continue
         half = 0.5 * h[i]
-        signal, viscous = wave[i] * (1.0 + 0.6 * alpha), 0.6 * beta * approach[i]
+        signal = wave[i] * (1.0 + signals.linear * alpha * approaching[i])
+        viscous = signals.quadratic * beta * approach[i]
         best, why = courant * half / (signal + viscous), 1 if viscous > signal else 0
         a2 = 0.0
         for c in range(3):
@@ -67,19 +84,19 @@ def _limits(cloud, rates, evaluated, alpha, beta, courant, step, reason):
 
 
 def steps(
-    cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float
+    cloud: Cloud, rates: Rates, evaluated: Evaluated, damping: Damping, courant: float, signal: Signal
 ) -> tuple[np.ndarray, np.ndarray]:
     """The largest step (n,) [s] that each particle allows, 1e30 where it has no say, and the index (n,) into
     ``REASONS`` of what limits it."""
     step, reason = np.empty(len(cloud.mass)), np.empty(len(cloud.mass), dtype=np.int8)
-    _limits(cloud.fields, rates.sums, evaluated.response, alpha, beta, courant, step, reason)
+    _limits(cloud.fields, rates.sums, evaluated.response, damping.alpha, damping.beta, courant, signal, step, reason)
     return step, reason
 
 
 def limit(
-    cloud: Cloud, rates: Rates, evaluated: Evaluated, alpha: float, beta: float, courant: float
+    cloud: Cloud, rates: Rates, evaluated: Evaluated, damping: Damping, courant: float, signal: Signal
 ) -> tuple[float, int, int]:
     """The largest allowed step [s], the index into ``REASONS`` of what limits it, and the particle that does."""
-    step, reason = steps(cloud, rates, evaluated, alpha, beta, courant)
+    step, reason = steps(cloud, rates, evaluated, damping, courant, signal)
     i = int(np.argmin(step))
     return float(step[i]), int(reason[i]), i
