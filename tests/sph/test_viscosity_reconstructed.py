@@ -153,7 +153,6 @@ def test_images_carry_slopes_and_heat(walled):
         i = solutions.body(x, materials, 12.0, images=images)
         i.cloud.velocity[:], i.cloud.strain_rate[:] = v[i.cloud.identity], e[i.cloud.identity]
         i.cloud.specific_energy[:] = np.tile(warmth, len(pieces))[i.cloud.identity]
-        i._remove_net_torque = lambda: None
         i.start()
         found.append(i.forces.rates.energy[np.argsort(i.cloud.identity)][:216])
     assert np.abs(found[0] - found[1]).max() < 1e-10 * np.abs(found[1]).max()
