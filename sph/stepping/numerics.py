@@ -19,7 +19,7 @@ SETS: dict[str, dict[str, Any]] = {
         "conductivity": 0.0,
     },
     "reconstructed": {
-        "alpha": 3.0, "beta": 10.0, "courant": 0.75, "gradients": "normalised", "kernel": "wendland", "support": 2.6,
+        "alpha": 3.0, "beta": 10.0, "courant": 0.5, "gradients": "normalised", "kernel": "wendland", "support": 2.6,
         "conductivity": 8.0,
     },
 }  # fmt: skip
@@ -44,7 +44,7 @@ class Numerics(Model):
     """A set of choices that were measured together; single keys override it. ``monaghan``: alpha = 2, beta = 10,
     courant = 0.3, gradients = "plain", kernel = "cubic_spline", support = 2, conductivity = 0, with Monaghan's
     viscosity (``sph.viscosity``), present volumes and fixed smoothing lengths. ``reconstructed``: alpha = 3, beta =
-    10, courant = 0.75, gradients = "normalised", kernel = "wendland", support = 2.6, conductivity = 8, with the
+    10, courant = 0.5, gradients = "normalised", kernel = "wendland", support = 2.6, conductivity = 8, with the
     viscosity of reconstructed velocity jumps, which smooth flow hardly feels (``sph.viscosity.reconstructed``), the
     volumes of the start (right behind strong shocks; ``sph.pairs.start_volumes``) and smoothing lengths that follow
     the density (``sph.pairs.smoothing``, ``length_terms``); twice the neighbours."""
