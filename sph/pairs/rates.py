@@ -118,7 +118,7 @@ def pair_loop(scheme: Scheme):
                     exx, exy, exz = extra[i, SLOPE], extra[i, SLOPE + 1], extra[i, SLOPE + 2]
                     eyy, eyz, ezz = extra[i, SLOPE + 3], extra[i, SLOPE + 4], extra[i, SLOPE + 5]
                 ax, ay, az, heat, slowest, near = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-                borne, weight, meeting = 0.0, 0.0, 0.0
+                borne, weight, closing = 0.0, 0.0, 0.0
                 lxx, lxy, lxz, lyx, lyy, lyz, lzx, lzy, lzz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 cxx, cxy, cxz, cyy, cyz, czz = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
                 for k in range(padded):
@@ -173,7 +173,7 @@ def pair_loop(scheme: Scheme):
                     borne += q * (s[XX, k] + s[YY, k] + s[ZZ, k])
                     weight -= q
                     if reconstructed:
-                        meeting -= q if mu < 0.0 else 0.0
+                        closing -= q if mu < 0.0 else 0.0
                     w = V * inv_rho_ref
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
@@ -285,7 +285,7 @@ def pair_loop(scheme: Scheme):
                     )
                 divergence[i] = trace
                 approach[i] = -slowest
-                approaching[i] = meeting / weight if reconstructed and weight > 0.0 else 1.0
+                approaching[i] = closing / weight if reconstructed and weight > 0.0 else 1.0
                 mean_pressure[i] = bearing_pressure.mean(borne / 3.0, weight, rho_inv / inv_rho_ref)
                 number[i] = int(near) - (padded - many)
                 G = matter.shear[matter.material[i]]
