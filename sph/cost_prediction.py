@@ -1,12 +1,12 @@
 """What the shock stage will cost, before it runs, and what that follows from.
 
 Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((1 + a alpha f) c_l), layer by layer
-(``sph.stepping.timestep``; f = 1/2 with reconstructed jumps); fast ejecta and the impact itself ask for a fifth more.
-Measured: 4,557 steps where this gives 4,550 (Valhalla, quick), 0.74 to 0.83 us per particle and step of one thread on
-a busy machine, with supports of 2 spacings and Monaghan's viscosity. In a late stage the same with its sound speed and
-alpha: 3,260 steps where this gives 3,520 (Ryugu's shot, quick). A step goes by the neighbours, as the cube of the
-support; slopes and the terms of the supports make a visit 1.6 times as long (24 ns for 12.5,
-``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
+(``sph.stepping.timestep``; f = 0.45 with reconstructed jumps); fast ejecta and the impact itself ask for a fifth more.
+Measured: 1,866 steps where this gives 1,952 (Valhalla, quick), 5,227 where it gives 5,497 (Ryugu's shot, before its
+late stage); 0.74 to 0.83 us per particle and step of one thread on a busy machine, with supports of 2 spacings and
+Monaghan's viscosity. In a late stage the same with its sound speed and alpha: 3,017 steps where this gives 3,074
+(Ryugu's shot, quick). A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports
+make a visit 1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ _PER_STEP, _PER_GRAVITY, _PER_PAIR, _PER_OUTPUT = 8.0e-7, 1.8e-6, 7.0e-10, 8.0e-
 _PER_FINE, _PER_WIDE = 1e-5, 6e-6
 _RECONSTRUCTED = 1.6
 _MORE_STEPS = 1.18
-_APPROACHING = 0.5
+_APPROACHING = 0.45
 _HELD = 1.25
 _EFFICIENCY = 0.85
 """Threads count as their number to this power."""

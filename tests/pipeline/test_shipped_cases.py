@@ -161,7 +161,7 @@ def test_progress_goes_by_steps_not_by_time():
 @pytest.mark.parametrize(
     "options,found,within",
     [
-        ((), 8_532, 0.10),
+        ((), 5_227, 0.10),
         (("sph.numerics=monaghan",), 6_338, 0.15),
         (("sph.numerics=monaghan", "sph.symmetry=none"), 5_974, 0.15),
     ],

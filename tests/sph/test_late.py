@@ -188,7 +188,7 @@ def test_the_prediction_knows_the_longer_steps():
     chosen, short = settings("1 ms", end_time=0.3), settings("1 ms", end_time=0.010)
     finest = (4.0 / 3.0 * math.pi * 0.012**3 / cost_prediction.projectile_particles(chosen)) ** (1.0 / 3.0)
     wave = 100.0 * math.sqrt(1.0 + 4.0 / 3.0 * 22.7 / 26.7)
-    step = chosen.courant * 0.5 * chosen.support * finest / ((1.0 + 0.5 * 0.62 * 0.1) * wave)
+    step = chosen.courant * 0.5 * chosen.support * finest / ((1.0 + 0.45 * 0.62 * 0.1) * wave)
     assert cost_prediction.steps(chosen)[1] - cost_prediction.steps(short)[1] == pytest.approx(0.29 / step, rel=1e-6)
     assert stage.predict(settings(None, end_time=0.3))["wall_s"] > 50.0 * stage.predict(chosen)["wall_s"]
 
