@@ -3,8 +3,10 @@
     y_{n+1/2} = y_n + dt/2 f_n;   x_{n+1} = x_n + dt v_{n+1/2};   y* = y_n + dt f_n;   f_{n+1} = f(x_{n+1}, y*);
     y_{n+1} = y_{n+1/2} + dt/2 f_{n+1}
 
-for y = (v, rho, u, D^(1/3)): second order, and with the conjugate force and energy sums the error of the total energy
-does not accumulate (per step it is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes). The stress yields in the
+for y = (v, rho, u, D^(1/3)): second order. With the conjugate force and energy sums the error of the total energy per
+unit mass and step is dt^2/8 (|a_n|^2 - |a_{n+1}|^2), which telescopes, and because u takes the work of the predicted
+velocities dt^2/4 ((a_n - a_{n-1}).a_n + (a_{n+1} - a_n).a_{n+1}), which in disordered matter at rest adds up as heat:
+2e-4 of the projectile's energy in 5 ms of sand under 500 g (docs/results/time_step). The stress yields in the
 evaluation of y* (radial return R) and stays there:
 
     S_{n+1} = R(S*) + dt/2 (f_{n+1} - f_n)
