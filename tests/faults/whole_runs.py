@@ -15,7 +15,7 @@ from tests.faults.calls import Said, forked
 
 ROOT = Path(__file__).resolve().parents[2]
 SMALLEST = (
-    "cases/valhalla_980km --preset tiny --threads 1 --set nbody.encounters=5 --set bed.count=1500 "
+    "cases/valhalla_980km --preset tiny --threads 1 --set nbody.encounters=5 --set bed.count=2500 "
     "--set sph.end_time=90_s --set sph.relaxation_time=100_s --set dem.latest_time=200_s --set dem.end_time=150_s"
 )
 """The smallest run with grains: it resolves no crater, and ends beyond limits of the ledger (exit code 1)."""
