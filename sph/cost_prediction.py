@@ -5,8 +5,9 @@ Steps: the Courant limit of the finest particles at rest, C (support / 2) d / ((
 Measured: 1,866 steps where this gives 1,952 (Valhalla, quick), 5,227 where it gives 5,497 (Ryugu's shot, before its
 late stage); 0.74 to 0.83 us per particle and step of one thread on a busy machine, with supports of 2 spacings and
 Monaghan's viscosity. In a late stage the same with its sound speed and alpha: 3,017 steps where this gives 3,074
-(Ryugu's shot, quick). A step goes by the neighbours, as the cube of the support; slopes and the terms of the supports
-make a visit 1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does not go by pairs).
+(Ryugu's shot, quick). The cost of a step grows with the neighbours, as the cube of the support; slopes and the terms
+of the supports make a visit 1.6 times as long (24 ns for 12.5, ``benchmarks/sph_rates.py --compare``, less what does
+not go by pairs).
 """
 
 from __future__ import annotations

@@ -24,7 +24,7 @@ def test_h_follows_the_density_between_its_limits():
     assert h == pytest.approx([3.0, 1.5, 6.0, 0.75, 9.0])
 
 
-def burst(numerics="reconstructed", courant=0.2):
+def burst(numerics="reconstructed", courant=0.3):
     """A ball of 900 particles that its own pressure drives apart."""
     rng = np.random.default_rng(5)
     place = np.stack(np.meshgrid(*(np.arange(-6, 7),) * 3, indexing="ij"), axis=-1).reshape(-1, 3) + rng.uniform(
@@ -47,8 +47,14 @@ def energy(i):
     return float(i.cloud.mass @ (0.5 * np.einsum("ij,ij->i", v, v) + i.cloud.specific_energy))
 
 
-def test_a_burst_keeps_its_energy_and_loses_no_neighbour():
-    i = burst()
+FORMER = pytest.mark.xfail(
+    strict=True, reason="steps at one Courant number are longer since 6ef4c6c6, where all parts"
+)
+
+
+@pytest.mark.parametrize("courant", [0.2, pytest.param(0.3, marks=FORMER)])
+def test_a_burst_keeps_its_energy_and_loses_no_neighbour(courant):
+    i = burst(courant=courant)
     begun = energy(i)
     for _ in range(60):
         i.step(i.next_step(1.0))
@@ -64,10 +70,11 @@ def test_a_burst_keeps_its_energy_and_loses_no_neighbour():
     assert np.abs(c.mass @ c.velocity).max() < 1e-10 * c.mass.sum() * np.abs(c.velocity).max()
 
 
-def test_the_error_of_the_energy_is_that_of_the_step_alone():
+@pytest.mark.parametrize("courants", [(0.2, 0.1), pytest.param((0.3, 0.15), marks=FORMER)])
+def test_the_error_of_the_energy_is_that_of_the_step_alone(courants):
     """Second order in the step: a support that follows the density adds no work of its own (-4.3e-4 and -1.2e-4)."""
     errors = []
-    for courant in (0.2, 0.1):
+    for courant in courants:
         i = burst(courant=courant)
         begun = energy(i)
         while i.time < 2e-3:

@@ -1,4 +1,4 @@
-"""The time step goes by what the viscosity brakes."""
+"""The time step depends on the fraction of the neighbours that the artificial viscosity brakes."""
 
 import numpy as np
 import pytest
