@@ -26,7 +26,7 @@ from sph.bodies import projectile, rubble, seeding, symmetry
 from sph.damage import grady_kipp
 from sph.planning import durations, ground_strength, resolution
 from sph.settings import Settings
-from sph.stepping import history
+from sph.stepping import fine_particles, history
 
 # of one thread, warm: seconds per particle and step, per particle of one gravity evaluation, per pair of the direct
 # sum, per particle written, per particle of a fine and a wide tree's energy
@@ -94,6 +94,7 @@ def _courant(settings: Settings, spacing: float, material: str, late: float | No
     wave, alpha = ground.wave, settings.alpha
     if late is not None and settings.late is not None:
         wave, alpha = wave * min(late / ground.sound, 1.0), settings.late.alpha
+        spacing = min(spacing / fine_particles.SOFTEST, max(spacing, settings.spacing_at_impact))
     fraction = _APPROACHING if settings.reconstructed else 1.0
     signal = (1.0 + settings.signal.linear * alpha * fraction) * wave
     return settings.courant * 0.5 * settings.support * spacing / signal

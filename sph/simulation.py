@@ -215,7 +215,7 @@ class Simulation:
         self.late = json.loads(scalars["late"])
         self.flow, self.individual = json.loads(scalars["flow"]), json.loads(scalars["individual"])
         if self.late:
-            i.resume_late_stage(self.late[-1]["sound_speed_m_s"])
+            i.resume_late_stage(self.late[-1]["sound_speed_m_s"], self.settings.spacing_at_impact)
         if bool(scalars["thinned"]):
             self._reduce_viscosity()
         self.phase = str(scalars["phase"])
@@ -334,7 +334,8 @@ class Simulation:
             weight = np.interp(np.linalg.norm(position, axis=1), self.column.middle, self.column.pressure, right=0.0)
         self.history.add(i)
         parts = symmetry.copies(self.settings.symmetry)
-        before, after = (parts * energy for energy in i.enter_late_stage(sound_speed, weight))
+        spacing = self.settings.spacing_at_impact
+        before, after = (parts * energy for energy in i.enter_late_stage(sound_speed, spacing, weight))
         v2 = np.einsum("ij,ij->i", i.cloud.velocity, i.cloud.velocity)
         note = {
             "time_s": i.time, "sound_speed_m_s": sound_speed, "steps_before": i.steps,

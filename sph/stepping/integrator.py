@@ -189,19 +189,18 @@ class Integrator:
             divergence = self.forces.rates.divergence
             vibration.follow(dt, self.time, c.material, self.rows.vibration, c.velocity, divergence, c.vibration)
 
-    def enter_late_stage(self, sound_speed: float, weight: np.ndarray) -> tuple[float, float]:
-        """Enter the late stage (``sph.stepping.late``) or its next part; ``weight`` (n,) and the energies [J] as
-        there."""
-        rows = self.materials.rows
-        medium = late.late_medium(rows, sound_speed)
-        energies = late.switch(self.cloud, rows, medium, weight, self.late_medium)
+    def enter_late_stage(self, sound_speed: float, spacing: float, weight: np.ndarray) -> tuple[float, float]:
+        """Enter the late stage (``sph.stepping.late``) or its next part; ``spacing`` of the particles of the crater
+        [m], ``weight`` (n,) and the energies [J] as there."""
+        medium = late.late_medium(self.materials, sound_speed, spacing)
+        energies = late.switch(self.cloud, self.materials.rows, medium, weight, self.late_medium)
         self.late_medium = medium
         self.evaluate()
         return energies
 
-    def resume_late_stage(self, sound_speed: float) -> None:
+    def resume_late_stage(self, sound_speed: float, spacing: float) -> None:
         """Take the moduli of the late stage (a resumed run)."""
-        self.late_medium = late.late_medium(self.materials.rows, sound_speed)
+        self.late_medium = late.late_medium(self.materials, sound_speed, spacing)
 
     def set_viscosity(self, alpha: float, beta: float) -> None:
         """Set the artificial-viscosity coefficients from now on."""

@@ -27,6 +27,8 @@ shock: the linear term only has to damp what the particles' disorder excites, fo
 & Monaghan 1997, J. Comput. Phys. 136, 41, where nothing has been compressed); beta stays: it counts only where
 particles close in on each other faster than alpha c / beta.
 
+Particles finer than those of the crater are softer still (``sph.stepping.fine_particles``).
+
 It holds while c exceeds the speeds of the flow and rho c^2 the stresses and weights that matter; results have to be
 the same for another ``at``. A crater's flow slows down as it opens: ``slower`` lowers c again at later times, by the
 same formulas from one linear medium to the next (P and rho_r those of the present one, K'/K the ratio of the two).
@@ -45,7 +47,8 @@ from matter.case.quantity import PositiveSpeed, PositiveTime
 from matter.compilation.jit import parallel_kernel, prange
 from sph.bodies.particle_cloud import Cloud
 from sph.eos import dispatch as eos
-from sph.materials.rows import Rows
+from sph.materials.rows import Materials, Rows
+from sph.stepping import fine_particles
 from sph.stepping.state import interaction_fraction
 
 SOURCES = ("RaducanJutzi2022", "MorrisMonaghan1997")
@@ -107,16 +110,18 @@ class Settings(Model):
 
 class LateStageMedium(NamedTuple):
     """Moduli of the late stage: ``rows`` of the materials with them, ``c2`` (m,) squared sound speeds [m^2/s^2],
-    ``ratio`` (m,) = K' / K."""
+    ``ratio`` (m,) = K' / K, ``full`` (m,) mass [kg] from which on a particle has them, 0 where all do."""
 
     rows: Rows
     c2: np.ndarray
     ratio: np.ndarray
+    full: np.ndarray
 
 
-def late_medium(rows: Rows, sound_speed: float) -> LateStageMedium:
+def late_medium(materials: Materials, sound_speed: float, spacing: float) -> LateStageMedium:
     """The rows of softer materials; a gas (no modulus at rest) and what is softer already keep their bulk modulus.
-    ``young``, by which flaws open, stays that at rest."""
+    ``young``, by which flaws open, stays that at rest. ``spacing`` [m]: that of the particles of the crater."""
+    rows = materials.rows
     stiff = np.array([eos.modulus(kind, row) for kind, row in zip(rows.eos, rows.eos_row)])
     stiff = np.where(stiff > 0.0, stiff, rows.rho0 * sound_speed**2)
     ratio = np.minimum(rows.rho0 * sound_speed**2 / stiff, 1.0)
@@ -125,7 +130,16 @@ def late_medium(rows: Rows, sound_speed: float) -> LateStageMedium:
         bulk=rows.bulk * ratio,
         crack_speed=rows.crack_speed * np.sqrt(ratio),
     )
-    return LateStageMedium(changed, ratio * stiff / rows.rho0, ratio)
+    full = np.where(ratio < 1.0, materials.bulk_density * spacing**3, 0.0)
+    return LateStageMedium(changed, ratio * stiff / rows.rho0, ratio, full)
+
+
+class Moduli(NamedTuple):
+    """What the compiled switch needs of a ``LateStageMedium``; ``ratio`` (m,) = K' / K of this switch."""
+
+    c2: np.ndarray
+    ratio: np.ndarray
+    full: np.ndarray
 
 
 @parallel_kernel
@@ -143,21 +157,38 @@ def _pressure_by_law(cloud, rows, pressure, empty):
 
 
 @parallel_kernel
-def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic):
+def _pressure_by_medium(cloud, empty, c2, full, pressure):
+    """Fill ``pressure`` (n,) [Pa], before damage and tension cut, in a late stage that is on; ``empty`` (n,)
+    [kg/m^3] without pressure."""
+    mass, rho, material = cloud.mass, cloud.density, cloud.material
+    for i in prange(len(rho)):
+        m = material[i]
+        pressure[i] = fine_particles.softness(mass[i], full[m]) * c2[m] * (rho[i] - empty[i])
+
+
+@parallel_kernel
+def _switch(cloud, weight, state, rows, to, first, stress, late_density, elastic):
     """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and scale the ``stress`` (n, 5) in
-    place; ``state`` as ``_pressure_by_law`` fills it, ``ratio`` (m,) = K' / K of this switch."""
+    place; ``state`` as ``_pressure_by_law`` fills it, ``to.ratio`` (m,) = K' / K of this switch, at the ``first`` one
+    for particles of full mass."""
     mass, rho, material, count = cloud.mass, cloud.density, cloud.material, cloud.neighbours
     pressure, empty = state
     for i in prange(len(rho)):
         m = material[i]
         P = pressure[i]
+        own = fine_particles.softness(mass[i], to.full[m])
+        ratio, c2, shear_modulus = to.ratio[m], own * to.c2[m], rows.shear[m]
+        if first:
+            ratio *= own
+        else:
+            shear_modulus *= own
         carried = min(max(weight[i], 0.0), max(P, 0.0))
-        softer = carried + ratio[m] * (P - carried)
-        rest = rho[i] - softer / c2[m]
+        softer = carried + ratio * (P - carried)
+        rest = rho[i] - softer / c2
         if P < 0.0 and empty[i] > rho[i]:
-            rest, softer = empty[i], c2[m] * (rho[i] - empty[i])
+            rest, softer = empty[i], c2 * (rho[i] - empty[i])
         late_density[i] = rest
-        stiff = rows.rho0[m] * c2[m] / ratio[m]
+        stiff = rows.rho0[m] * c2 / ratio
         J2 = (
             stress[i, 0] ** 2
             + stress[i, 3] ** 2
@@ -166,13 +197,13 @@ def _switch(cloud, weight, state, rows, c2, ratio, stress, late_density, elastic
             + stress[i, 2] ** 2
             + stress[i, 4] ** 2
         )
-        shear = J2 / (2.0 * rows.shear[m]) if rows.shear[m] > 0.0 else 0.0
+        shear = J2 / (2.0 * shear_modulus) if shear_modulus > 0.0 else 0.0
         pressed, eased = max(P, 0.0), max(softer, 0.0)
         held = interaction_fraction(count[i]) * mass[i] / rho[i]  # lost particles hold nothing
         elastic[i, 0] = held * (0.5 * pressed * pressed / stiff + shear)
-        elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio[m]) + shear * ratio[m])
+        elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio) + shear * ratio)
         for k in range(5):
-            stress[i, k] *= ratio[m]
+            stress[i, k] *= ratio
 
 
 def switch(
@@ -188,9 +219,11 @@ def switch(
         _pressure_by_law(cloud.fields, rows, pressure, empty)
     else:
         empty, rows, ratio = cloud.late_density, present.rows, to.ratio / present.ratio
-        pressure = present.c2[cloud.material] * (cloud.density - empty)
+        pressure = np.empty(len(cloud))
+        _pressure_by_medium(cloud.fields, empty, present.c2, present.full, pressure)
     elastic, late_density = np.empty((len(cloud), 2)), np.empty(len(cloud))
-    _switch(cloud.fields, weight, (pressure, empty), rows, to.c2, ratio, cloud.stress, late_density, elastic)
+    going = Moduli(to.c2, ratio, to.full)
+    _switch(cloud.fields, weight, (pressure, empty), rows, going, present is None, cloud.stress, late_density, elastic)
     cloud.late_density = late_density
     before, after = elastic.sum(axis=0)
     return float(before), float(after)

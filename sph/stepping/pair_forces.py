@@ -15,7 +15,8 @@ from sph.pairs import block_contact, gradients, length_terms, start_volumes
 from sph.pairs import rates as pair_rates
 from sph.pairs.row import ENERGY, MATERIAL, SLOPE, VISCOSITY_FRACTION, VOLUME
 from sph.pairs.scheme import Rows
-from sph.stepping import late, state
+from sph.stepping import state
+from sph.stepping.late import LateStageMedium
 from sph.stepping.numerics import Numerics
 
 
@@ -50,7 +51,7 @@ class PairForces:
         self,
         cloud: Cloud,
         materials: Materials,
-        late_medium: late.LateStageMedium | None,
+        late_medium: LateStageMedium | None,
         switches: Switches,
         pairs,
         damping: pair_rates.Damping,
@@ -95,16 +96,16 @@ class PairForces:
         cloud: Cloud,
         materials: Materials,
         rows: MaterialRows,
-        late_medium: late.LateStageMedium | None,
+        late_medium: LateStageMedium | None,
         switches: Switches,
         time: float,
     ) -> None:
         """Pressure, yield, damage and pores of every particle."""
         if self.images is not None:
             self.evaluated.fit(len(cloud) + len(self.images.owner))
-        late_c2 = late_medium.c2 if late_medium is not None else None
+        late = (late_medium.c2, late_medium.full) if late_medium is not None else state.NOT_LATE
         state.evaluate(
-            cloud, rows, switches.strength, switches.damage, self.evaluated, not switches.freeze_energy, late_c2
+            cloud, rows, switches.strength, switches.damage, self.evaluated, not switches.freeze_energy, late
         )
         state.check(cloud, materials, self.evaluated, time)
         if self.scheme.reconstructed:

@@ -44,6 +44,7 @@ from sph.pairs import bearing_pressure
 from sph.pairs.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
 from sph.porosity import compaction_damage
 from sph.porosity import dispatch as porosity
+from sph.stepping import fine_particles
 from sph.strength import block_model, inertial_friction, thermal_softening, von_mises
 from sph.strength import dispatch as strengths
 from sph.strength.block_model import SOUND as SOUND_AT_REST
@@ -83,11 +84,18 @@ class Pores(NamedTuple):
 
 class Late(NamedTuple):
     """The linear media of the late stage (``sph.stepping.late``): ``density`` (n,) without pressure [kg/m^3], ``c2``
-    (m,) squared sound speeds [m^2/s^2]; both empty before it begins (None would be another type, and the loop
-    compiled twice)."""
+    (m,) squared sound speeds [m^2/s^2], ``full`` (m,) mass of a particle that has them [kg]; all empty before it
+    begins (None would be another type, and the loop compiled twice). Out: ``strain_ratio`` (n, 2), in which a finer
+    particle's softness stands."""
 
     density: np.ndarray
     c2: np.ndarray
+    full: np.ndarray
+    strain_ratio: np.ndarray
+
+
+NOT_LATE = (np.empty(0), np.empty(0))
+"""``c2`` and ``full`` before the late stage."""
 
 
 class Physics(NamedTuple):
@@ -109,7 +117,6 @@ def _close_pores(i, cloud, rows, pores, crushing, linear):
     a, slow = 1.0, 1.0
     if rows.porosity[m] > 0 and linear:
         a = cloud.distention[i]
-        pores.strain_ratio[i, 0], pores.strain_ratio[i, 1] = 1.0, 1.0
     elif rows.porosity[m] > 0:
         pore_law = rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m]
         a, rest, loading, unloading, slow = porosity.compact(
@@ -185,7 +192,11 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
             P *= inv_distention
             c2 = slow * slow * (d_rho + P * inv_distention / (rho[i] * rho[i]) * d_u)
         else:
-            P, c2 = late_c2[m] * (rho[i] - late_density[i]), late_c2[m]
+            soft = fine_particles.softness(mass[i], late.full[m])
+            c2 = soft * late_c2[m]
+            P = c2 * (rho[i] - late_density[i])
+            G *= soft
+            late.strain_ratio[i, 0], late.strain_ratio[i, 1] = soft, soft
         heat = u[i]
         if rows.thermal[m, temperature.SPAN] > 0.0:
             heat = temperature.melting(rows.eos[m], rows.eos_row[m], rows.thermal[m], a * rho[i], u[i])
@@ -266,8 +277,9 @@ def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate
 class Evaluated:
     """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal
     speed), ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present ``distention``, and
-    ``strain_ratio`` (n, 2): strain of the matrix over that of the porous material (the factor f of P-alpha) in
-    compression and in expansion."""
+    ``strain_ratio`` (n, 2), by which the shear modulus is multiplied: strain of the matrix over that of the porous
+    material (the factor f of P-alpha) in compression and in expansion, in the late stage a fine particle's softness
+    (``sph.stepping.fine_particles``)."""
 
     def __init__(self, n: int):
         self.row = np.zeros((n, WIDTH))
@@ -307,22 +319,22 @@ def evaluate(
     damage: bool,
     out: Evaluated,
     crushing: bool = True,
-    late_c2: np.ndarray | None = None,
+    late: tuple[np.ndarray, np.ndarray] = NOT_LATE,
 ) -> None:
     """Fill ``out`` from the cloud's predicted state; the stress yields and pores close in place. A bad state is left
     in ``out.status`` for ``check``.
 
-    ``crushing`` False: pores give way elastically only (relaxation). ``late_c2`` (m,): squared sound speeds of the
-    late stage (``sph.stepping.late``).
+    ``crushing`` False: pores give way elastically only (relaxation). ``late`` (m,), (m,): squared sound speeds of the
+    late stage and the mass of a particle that has them (``sph.stepping.late``).
     """
     pores = Pores(out.distention, out.strain_ratio) if (rows.alpha0 > 1.0).any() else None
-    late = Late(cloud.late_density, np.empty(0) if late_c2 is None else late_c2)
+    medium = Late(cloud.late_density, *late, out.strain_ratio)
     plastic = cloud.plastic_strain if len(cloud.plastic_strain) else None
     physics = Physics(strength, damage, crushing)
     vibration = cloud.vibration if len(cloud.vibration) else None
     by_rate = vibration is not None or bool((rows.inertial[:, DIAMETER] > 0.0).any())
     rate = cloud.strain_rate if by_rate else None
-    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, late, plastic, rate, vibration)
+    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, medium, plastic, rate, vibration)
 
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:

@@ -15,7 +15,7 @@ from sph.bodies.particle_cloud import Cloud
 from sph.bodies.target import Body
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
-from sph.stepping import late
+from sph.stepping import late, timestep
 from tests.sph.stage_runs import stopped
 
 WEAK = Choice(
@@ -91,7 +91,7 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     )
     weight = np.where(np.arange(len(P)) % 2 == 0, 2e6, 0.0)
     ratio = 2700.0 * 300.0**2 / 26.7e9
-    before, after = i.enter_late_stage(300.0, weight)
+    before, after = i.enter_late_stage(300.0, 0.0, weight)
     held = np.minimum(weight, np.maximum(P, 0.0))
     pressed = P > 0.0
     assert pressed.sum() > 300 and i.forces.evaluated.pressure[pressed] == pytest.approx(
@@ -109,10 +109,10 @@ def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
     """Without weight two switches in a row are one; what carries weight carries it through the second too."""
     twice, once = ball(), ball()
     none = np.zeros(len(twice.cloud))
-    twice.enter_late_stage(300.0, none)
+    twice.enter_late_stage(300.0, 0.0, none)
     P, S, total = twice.forces.evaluated.pressure.copy(), twice.cloud.stress.copy(), energy(twice)
-    before, after = twice.enter_late_stage(30.0, none)
-    once.enter_late_stage(30.0, none)
+    before, after = twice.enter_late_stage(30.0, 0.0, none)
+    once.enter_late_stage(30.0, 0.0, none)
     assert twice.cloud.late_density == pytest.approx(once.cloud.late_density, rel=1e-12)
     assert twice.cloud.stress == pytest.approx(once.cloud.stress, rel=1e-12)
     assert twice.forces.evaluated.pressure == pytest.approx(
@@ -120,17 +120,42 @@ def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
     )
     assert energy(twice) == total and 0.0 < after < before
     weighed = ball()
-    weighed.enter_late_stage(300.0, none)
-    weighed.enter_late_stage(30.0, np.full(len(P), 100.0))
+    weighed.enter_late_stage(300.0, 0.0, none)
+    weighed.enter_late_stage(30.0, 0.0, np.full(len(P), 100.0))
     held = np.minimum(100.0, np.maximum(P, 0.0))
     pressed = P > 0.0
     assert weighed.forces.evaluated.pressure[pressed] == pytest.approx((held + 0.01 * (P - held))[pressed], rel=1e-6)
     assert weighed.cloud.stress == pytest.approx(0.01 * S, rel=1e-12)
 
 
+def test_fine_particles_are_softer_at_both_switches():
+    """An eighth of the mass: half the sound speed, a quarter of pressure, stress and shear wave's square; a millionth:
+    no less than that. What has the mass of the crater's particles is as without them, and energy is kept."""
+    rough, fine = ball(), ball()
+    kind = fine.cloud.identity % 3
+    for i in (rough, fine):
+        i.cloud.mass *= np.choose(kind, (1.0, 0.125, 1e-6))
+    spacing = float((fine.cloud.mass.max() / fine.materials.bulk_density[0]) ** (1.0 / 3.0))
+    total, none = energy(fine), np.zeros(len(kind))
+    own = np.where(kind == 0, 1.0, 0.25)
+    for speed in (300.0, 30.0):
+        before = rough.enter_late_stage(speed, 0.0, none), fine.enter_late_stage(speed, spacing, none)
+        one, other = rough.forces.evaluated, fine.forces.evaluated
+        assert other.sound == pytest.approx(np.sqrt(own) * speed, rel=1e-12)
+        assert other.wave == pytest.approx(np.sqrt(own) * one.wave, rel=5e-3)
+        assert other.pressure == pytest.approx(own * one.pressure, rel=1e-6, abs=1e-9 * np.abs(one.pressure).max())
+        assert fine.cloud.stress == pytest.approx(own[:, None] * rough.cloud.stress, rel=1e-12)
+        assert energy(fine) == total and 0.0 < before[1][1] < before[0][1]
+    limits = []
+    for i in (rough, fine):
+        linear = i.damping._replace(beta=0.0)
+        limits.append(timestep.steps(i.cloud, i.forces.rates, i.forces.evaluated, linear, 0.5, timestep.MONAGHAN)[0])
+    assert limits[1] / limits[0] == pytest.approx(1.0 / np.sqrt(own), rel=5e-3)
+
+
 def test_total_energy_is_kept_after_the_switch():
     i = ball()
-    i.enter_late_stage(300.0, np.zeros(len(i.cloud)))
+    i.enter_late_stage(300.0, 0.0, np.zeros(len(i.cloud)))
     begun, kinetic = energy(i), energy(i) - i.cloud.mass @ i.cloud.specific_energy
     for _ in range(40):
         i.step(i.next_step(1e9))
@@ -141,7 +166,7 @@ def test_total_energy_is_kept_after_the_switch():
 def test_pores_stay_as_they_are():
     """A porous ball that is squeezed: frozen pores, one sound speed."""
     i = ball(porosity="p_alpha", p_alpha={"alpha0": 1.5}, crush_quadratic={"Pe": "0.1 MPa", "Ps": "10 MPa"})
-    i.enter_late_stage(100.0, np.zeros(len(i.cloud)))
+    i.enter_late_stage(100.0, 0.0, np.zeros(len(i.cloud)))
     rest = i.cloud.distention.copy()
     assert rest.max() > 1.3 and np.array_equal(i.forces.evaluated.distention, rest)
     assert i.forces.evaluated.sound == pytest.approx(100.0)
@@ -159,7 +184,7 @@ def test_rock_breaks_under_the_stress_that_broke_it_before(sound_speed):
     c.flaw_first[:], c.flaw_last[:], c.flaw_strain = 0, 1, np.array([weakest], dtype=np.float32)
     i.switches.damage = True
     if sound_speed is not None:
-        i.enter_late_stage(sound_speed, np.zeros(len(c)))
+        i.enter_late_stage(sound_speed, 0.0, np.zeros(len(c)))
     pressure = i.forces.evaluated.pressure
     for times, breaks in ((0.5, False), (2.0, True)):
         c.stress[:] = 0.0
@@ -172,23 +197,25 @@ def test_rock_breaks_under_the_stress_that_broke_it_before(sound_speed):
 
 
 def test_a_gas_and_softer_matter_keep_their_moduli():
-    rows = collect(
+    materials = collect(
         ("basalt", "ice"),
         {"ice": Choice(eos="ideal_gas", strength="none", damage="none", ideal_gas={"rho0": "1 kg/m^3", "gamma": 1.4})},
-    ).rows
-    late_medium = late.late_medium(rows, 100.0)
-    assert late_medium.ratio[1] == 1.0 and late_medium.ratio[0] == pytest.approx(2700e4 / 26.7e9)
-    assert late.late_medium(rows, 1e5).ratio[0] == 1.0 and np.array_equal(
-        late.late_medium(rows, 1e5).rows.shear, rows.shear
     )
+    late_medium = late.late_medium(materials, 100.0, 0.0)
+    assert late.late_medium(materials, 100.0, 1.0).full.tolist() == [2700.0, 0.0]
+    assert late_medium.ratio[1] == 1.0 and late_medium.ratio[0] == pytest.approx(2700e4 / 26.7e9)
+    stiff = late.late_medium(materials, 1e5, 0.0)
+    assert stiff.ratio[0] == 1.0 and np.array_equal(stiff.rows.shear, materials.rows.shear)
 
 
 def test_the_prediction_knows_the_longer_steps():
-    """Those of the finest particles, here the ball's, by the late sound speed, its shear wave and alpha."""
+    """Those of the crater's particles, since the ball's finer ones are softer, by the late sound speed, its shear wave
+    and alpha."""
     chosen, short = settings("1 ms", end_time=0.3), settings("1 ms", end_time=0.010)
     finest = (4.0 / 3.0 * math.pi * 0.012**3 / cost_prediction.projectile_particles(chosen)) ** (1.0 / 3.0)
     wave = 100.0 * math.sqrt(1.0 + 4.0 / 3.0 * 22.7 / 26.7)
-    step = chosen.courant * 0.5 * chosen.support * finest / ((1.0 + 0.45 * 0.62 * 0.1) * wave)
+    assert 0.5 * SPACING < finest < SPACING
+    step = chosen.courant * 0.5 * chosen.support * SPACING / ((1.0 + 0.45 * 0.62 * 0.1) * wave)
     assert cost_prediction.steps(chosen)[1] - cost_prediction.steps(short)[1] == pytest.approx(0.29 / step, rel=1e-6)
     assert stage.predict(settings(None, end_time=0.3))["wall_s"] > 50.0 * stage.predict(chosen)["wall_s"]
 
