@@ -1,6 +1,6 @@
 """Which porosity law a material has, chosen by ``kind`` and fed from a row of numbers, alpha0 first.
 
-A law file defines ``compact``, ``at_pressure`` and the flag ``CRUSHES`` (whether it takes a crush curve); ``row(p,
+A law file defines ``compact``, ``compact_linear``, ``at_pressure`` and the flag ``CRUSHES`` (whether it takes a crush curve); ``row(p,
 matrix)`` where its numbers are not its parameters.
 """
 
@@ -16,6 +16,12 @@ _compact = FAMILY.choose(
     "curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing",
     otherwise="1.0, 1.0, 1.0, 1.0, 1.0",
     about="``compact`` of material with pores.",
+)
+_compact_linear = FAMILY.choose(
+    "compact_linear",
+    "curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2",
+    otherwise="1.0",
+    about="``compact_linear`` of material with pores.",
 )
 _at_pressure = FAMILY.choose(
     "at_pressure",
@@ -36,6 +42,18 @@ def compact(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, crus
     if rest <= 1.0:
         return 1.0, 1.0, 1.0, 1.0, 1.0
     return _compact(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing)
+
+
+@law
+def compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2):
+    """The new resting distention, at most ``rest``, in the linear medium P = c2 (rho - solid / rest) of the late stage.
+
+    It is elastic up to the pressure at which the pores give way by the material's own law, and stays at that beyond:
+    P = P_c(alpha), with ``solid`` [kg/m^3] the density of the matrix without pressure, c2 [m^2/s^2].
+    """
+    if rest <= 1.0 or rho * rest <= solid:
+        return rest
+    return _compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2)
 
 
 @law

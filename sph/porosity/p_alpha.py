@@ -201,12 +201,33 @@ def compact(curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing, p):
 
 
 @law
+def resting(P, curve, curve_row, p):
+    """The distention at which the material would rest, loaded to P [Pa] on the crush curve."""
+    alpha = on_curve(P, curve, curve_row, p)
+    return min(max(along_elastic(alpha, -P, p), 1.0), p.alpha0) if alpha > 1.0 else 1.0
+
+
+@law
+def compact_linear(curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2, p):
+    """As ``dispatch.compact_linear`` says: P - c2 (rho - solid / resting(P)) rises with P; by bisection."""
+    low, high = crush.onset(curve, curve_row), c2 * (rho - solid / rest)
+    if high <= low or resting(high, curve, curve_row, p) >= rest:
+        return rest
+    while high - low > 1e-12 * high:
+        P = 0.5 * (low + high)
+        if P > c2 * (rho - solid / resting(P, curve, curve_row, p)):
+            high = P
+        else:
+            low = P
+    return min(resting(low, curve, curve_row, p), rest)
+
+
+@law
 def at_pressure(curve, curve_row, eos_kind, eos_row, P, p):
     """As ``dispatch.at_pressure`` says."""
     alpha, rest = along_elastic(p.alpha0, P, p), p.alpha0
     if P > crush.onset(curve, curve_row):
-        alpha = on_curve(P, curve, curve_row, p)
-        rest = min(max(along_elastic(alpha, -P, p), 1.0), p.alpha0) if alpha > 1.0 else 1.0
+        alpha, rest = on_curve(P, curve, curve_row, p), resting(P, curve, curve_row, p)
     return eos.density(eos_kind, eos_row, alpha * P, 0.0) / alpha, rest
 
 

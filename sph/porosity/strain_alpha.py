@@ -66,6 +66,23 @@ def distention(strain, p):
 
 
 @law
+def strain_of(alpha, p):
+    """eps at which the compaction curve has the distention alpha, 1 < alpha <= alpha_0."""
+    if alpha >= p.alpha_x:
+        return p.eps_e + math.log(alpha / p.alpha0) / p.kappa
+    x = p.eps_e + math.log(p.alpha_x / p.alpha0) / p.kappa
+    c = x + 2.0 * (1.0 - p.alpha_x) / (p.kappa * p.alpha_x)
+    return c - (c - x) * math.sqrt((alpha - 1.0) / (p.alpha_x - 1.0))
+
+
+@law
+def crush_pressure(alpha, u, eos_kind, eos_row, p):
+    """The pressure [Pa] on the compaction curve at the distention alpha > 1 and the specific energy u [J/kg]."""
+    rho = eos_row[0] / p.alpha0 * math.exp(-strain_of(alpha, p))
+    return eos.pressure_and_derivatives(eos_kind, eos_row, alpha * rho, u)[0] / alpha
+
+
+@law
 def slope(strain, p):
     """d alpha / d eps on the compaction curve."""
     if strain > p.eps_e:
@@ -93,6 +110,21 @@ def compact(curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing, q):
     if crushing and alpha <= rest:
         return alpha, alpha, strain_factor(strain, q), 1.0, 1.0
     return rest, rest, 1.0, 1.0, 1.0
+
+
+@law
+def compact_linear(curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2, p):
+    """As ``dispatch.compact_linear`` says: P_c(alpha) - c2 (rho - solid / alpha) falls with alpha; by bisection."""
+    if c2 * (rho - solid / rest) <= crush_pressure(rest, u, eos_kind, eos_row, p):
+        return rest
+    low, high = max(solid / rho, 1.0), rest
+    while high - low > 1e-13:
+        alpha = 0.5 * (low + high)
+        if crush_pressure(alpha, u, eos_kind, eos_row, p) > c2 * (rho - solid / alpha):
+            low = alpha
+        else:
+            high = alpha
+    return high
 
 
 @law

@@ -5,8 +5,7 @@ From the time ``at`` on every material is a linear medium of the sound speed c, 
     P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K
         (K, mu: moduli at rest; a softer material keeps its own)
 
-Poisson's ratio, strength, friction, flaws, tension cuts and the distention reached stay. rho_r is the particle's own:
-strains last, whatever made them, and so
+Poisson's ratio, strength, friction, flaws and tension cuts stay. rho_r is the particle's own: strains last, whatever made them, and so
 
     P' = P_g + (P - P_g) K' / K,   S' = S K' / K
         at the switch, with P_g the part of P that carries weight, 0 <= P_g <= max(P, 0)
@@ -15,6 +14,10 @@ strains last, whatever made them, and so
 they held, ground under gravity does not feel the switch. Material in tension or expanded takes the density at which it
 had no pressure. u goes on with the same sums, so that the total energy is kept to rounding across the switch; the
 elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
+
+Pores go on closing, under the pressure at which their own law has them give way: P = P_c(alpha), alpha rho_r stays and
+rho_r rises (``compact_linear`` of ``sph.porosity``). The wave that closes the pores of loose ground makes a tenth of
+the speed of sound; where a switch froze them, the crater of ``first_crater`` lost a quarter of its depth.
 
 Flaws go by Young's modulus at rest, sigma_max / E: what pulls in a slow flow is inertia and weight, and rock takes the
 stress that broke it before. By the softer modulus they would open at a strain of some v / c in any flow.

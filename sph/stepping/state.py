@@ -110,15 +110,19 @@ _BLOCK = 256  # particles that a thread takes at a time
 
 
 @law
-def _close_pores(i, cloud, rows, pores, crushing, linear):
+def _close_pores(i, cloud, rows, pores, crushing, late_density, late_c2):
     """The present distention of a particle and the factor of its sound speed; fills ``pores`` and compacts the cloud's
-    distention. In the linear media of the late stage pores stay."""
+    distention, in the linear medium of the late stage (``late_c2`` > 0) with its ``late_density``."""
     m = cloud.material[i]
     a, slow = 1.0, 1.0
-    if rows.porosity[m] > 0 and linear:
+    pore_law = rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m]
+    if rows.porosity[m] > 0 and late_c2 > 0.0:
         a = cloud.distention[i]
+        if crushing:
+            solid = a * late_density[i]
+            a = porosity.compact_linear(*pore_law, cloud.density[i], cloud.specific_energy[i], a, solid, late_c2)
+            cloud.distention[i], late_density[i] = a, solid / a
     elif rows.porosity[m] > 0:
-        pore_law = rows.porosity[m], rows.pores[m], rows.crush[m], rows.crush_row[m], rows.eos[m], rows.eos_row[m]
         a, rest, loading, unloading, slow = porosity.compact(
             *pore_law, cloud.density[i], cloud.specific_energy[i], cloud.distention[i], crushing
         )
@@ -183,17 +187,18 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
             or not (abs(velocity[i, 0] + velocity[i, 1] + velocity[i, 2]) < 1e30)
         )
         status[i] = 1 if bad else 0
-        a, slow, G = 1.0, 1.0, rows.shear[m]
+        a, slow, G, c2, soft = 1.0, 1.0, rows.shear[m], 0.0, 1.0
+        if linear:
+            soft = fine_particles.softness(mass[i], late.full[m])
+            c2 = soft * late_c2[m]
         if pores is not None:
-            a, slow = _close_pores(i, cloud, rows, pores, physics.crushing, linear)
+            a, slow = _close_pores(i, cloud, rows, pores, physics.crushing, late_density, c2)
         inv_distention = 1.0 / a
         if not linear:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
             P *= inv_distention
             c2 = slow * slow * (d_rho + P * inv_distention / (rho[i] * rho[i]) * d_u)
         else:
-            soft = fine_particles.softness(mass[i], late.full[m])
-            c2 = soft * late_c2[m]
             P = c2 * (rho[i] - late_density[i])
             G *= soft
             late.strain_ratio[i, 0], late.strain_ratio[i, 1] = soft, soft

@@ -219,3 +219,23 @@ def test_the_cold_material_under_pressure_is_in_balance(name, changes):
         assert new == pytest.approx(rest, abs=1e-6)
         got = eos.pressure_and_derivatives(rows.eos[0], rows.eos_row[0], alpha * rho, 0.0)[0] / alpha
         assert got == pytest.approx(P, rel=1e-5, abs=1e3)
+
+
+@pytest.mark.parametrize("name,changes", [*MATERIALS.values(), ("aluminum", {"porosity": "strain_alpha"})])
+@pytest.mark.parametrize("sound_speed", [30.0, 300.0, 3000.0])
+def test_pores_of_the_late_medium_close_under_the_pressure_of_their_own_law(name, changes, sound_speed):
+    """In a linear medium of any stiffness as far as ``at_pressure`` says, and no further: released and loaded again to
+    less, they stay."""
+    rows = collect((name,), {name: Choice.model_validate({"porosity": "p_alpha", **changes})}).rows
+    law = (rows.porosity[0], rows.pores[0], rows.crush[0], rows.crush_row[0], rows.eos[0], rows.eos_row[0])
+    solid, start, c2 = float(rows.rho0[0]), float(rows.alpha0[0]), sound_speed**2
+    closed = 0
+    for P in (1e4, 1e6, 1e7, 1e8, 3e8, 5e9):
+        rest = dispatch.at_pressure(*law, P)[1]
+        rho = P / c2 + solid / rest
+        got = dispatch.compact_linear(*law, rho, 0.0, start, solid, c2)
+        assert got == pytest.approx(rest, abs=3e-7)
+        assert dispatch.compact_linear(*law, solid / got, 0.0, got, solid, c2) == got
+        assert dispatch.compact_linear(*law, solid / got + 0.99 * P / c2, 0.0, got, solid, c2) == got
+        closed += rest < start
+    assert closed >= 2
