@@ -45,18 +45,19 @@ SAME = (
 )
 ACCEPT = "dem.accept=[" + ",".join(f'"{name}"' for name in deviations.SENTENCES) + "]"
 NO_TWIST = sets("dem.contact.shell.twisting=0")
-LATER = sets("sph.late.at=30 ms", "sph.late.viscosity_at=15 ms")
-SLOWER = sets('sph.late.slower=[{at="4 s",sound_speed="5 m/s"},{at="30 s",sound_speed="1 m/s"}]')
+AT_15_MS = sets("sph.late.at=15 ms", "sph.late.sound_speed=20 m/s")
+LATER = sets("sph.late.at=30 ms", "sph.late.sound_speed=20 m/s", "sph.late.viscosity_at=15 ms")
+SLOWER = (*AT_15_MS, *sets('sph.late.slower=[{at="4 s",sound_speed="5 m/s"},{at="30 s",sound_speed="1 m/s"}]'))
 ROWS = {
     "S1": Row(
         "switch at 15 and 30 ms, alpha halved and doubled: D 5 %, depth 10 % at 1 and 4 s",
         {
-            "15 ms": SPH,
+            "15 ms": (*SPH, *AT_15_MS),
             "30 ms": (*SPH, *LATER),
-            "coarse": (*SPH, *COARSE),
+            "coarse": (*SPH, *COARSE, *AT_15_MS),
             "coarse 30 ms": (*SPH, *COARSE, *LATER),
-            "coarse alpha / 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.05")),
-            "coarse alpha x 2": (*SPH, *COARSE, *sets("sph.late.alpha=0.2")),
+            "coarse alpha / 2": (*SPH, *COARSE, *AT_15_MS, *sets("sph.late.alpha=0.05")),
+            "coarse alpha x 2": (*SPH, *COARSE, *AT_15_MS, *sets("sph.late.alpha=0.2")),
         },
         (1.0, 4.0),
     ),

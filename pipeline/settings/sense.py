@@ -22,7 +22,7 @@ from matter.case.body import Model
 from matter.constants import G
 from matter.errors import InputError
 from matter.wording import readable
-from pipeline.case import experimental, overlay, sizes
+from pipeline.case import experimental, sizes
 from pipeline.case.complaints import Complaint
 from pipeline.settings import as_half_space
 
@@ -35,8 +35,6 @@ SINKING = 0.01
 """Depth, over the crater's diameter, by which ground may sink in a quiet layer unsaid."""
 DISRUPTS = 0.1
 """Share of the energy that breaks a body in two, from which on its fragments are what a run is about."""
-STEPS_OF_SOUND = 50_000
-"""Steps of a run at the speed of sound from which on a late stage is advised."""
 NEAR = 1.3
 """Least distance of the quiet layer over the expected crater's radius."""
 
@@ -61,7 +59,6 @@ def judged(
         *_broken(sph),
         *_coarse(sph),
         *_sinking(sph),
-        *_no_late_stage(sph),
         *_regime(settings, sph, stages),
         *_cohesion_once(settings, sph),
         *experimental.used(settings),
@@ -295,22 +292,6 @@ def _sinking(sph: Any) -> Iterator[str]:
             f'ground with start = "literal" carries no weight and sinks into its {" and ".join(_layers(sph))} layer, '
             f"here by up to {readable.length(way)} (g L / c times the time at each late sound speed); "
             f'[target] start = "relaxed" rests on it'
-        )
-
-
-def _no_late_stage(sph: Any) -> Iterator[str]:
-    """A long run at the steps of sound, whose crater its weight ends."""
-    from sph import cost_prediction
-    from sph.planning import late_speeds
-
-    if sph.late is not None or (steps := cost_prediction.steps(sph)[1]) < STEPS_OF_SOUND:
-        return
-    materials = sph.chosen_materials()
-    late = late_speeds.late_stage(sph.target, sph.impact, materials, sph.strength, sph.damage, sph.end_time)
-    if late is not None and (fewer := cost_prediction.steps(sph.model_copy(update={"late": late}))[1]) < 0.3 * steps:
-        yield (
-            f"{steps:,.0f} steps at the speed of sound: a late stage would take {fewer:,.0f}, [sph] late = "
-            f"{overlay.toml(late_speeds.as_table(late))}; a case that leaves out end_time has it"
         )
 
 

@@ -27,7 +27,7 @@ from typing import Any
 from matter.errors import InputError
 from matter.files import archive
 from matter.wording.crater_measures import COMPARED
-from pipeline.case import overlay, stages
+from pipeline.case import stages
 from pipeline.case.read import Case
 from pipeline.settings import expected
 from pipeline.settings.compose import compose
@@ -37,7 +37,6 @@ from pipeline.sweeps.sweep import Member, Number, Sweep
 from pipeline.uncertainty import chain_error
 from pipeline.uncertainty.chain_error import ALPHAS, DRAWS_PER_SHOCK, EARLIER_LATER, REFERENCE, RUNGS, Row
 from pipeline.uncertainty.ladder import RATIO
-from sph.planning import late_speeds
 
 DRAWS = 4
 FILE, PAGE = "errors.json", "errors.html"
@@ -95,18 +94,12 @@ class ErrorStudy:
         members = []
         for name, factor in zip(EARLIER_LATER, (0.5, 2.0), strict=True):
             at = factor * time
-            longer: dict[str, Any] = {"sph.end_time": f"{at!r} s", **self._late()} if at > end else {}
+            longer: dict[str, Any] = {"sph.end_time": f"{at!r} s"} if at > end else {}
             members.append(Member(name, {"handoff.time": f"{at!r} s", **longer}))
         return members + [
             Member(name, {"handoff.alpha": float(f"{factor * alpha:.6g}")})
             for name, factor in zip(ALPHAS, (0.67, 1.5), strict=True)
         ]
-
-    def _late(self) -> dict[str, Any]:
-        """The late stage that the case has because it gives no end: it would go with one."""
-        late = getattr(self.settings["sph"], "late", None)
-        given = overlay.at(self.case.document, "sph.late") is not None
-        return {} if late is None or given else {"sph.late": late_speeds.as_table(late)}
 
     def _rungs(self) -> list[Member]:
         """Fewer particles and grains, step by step, as far as there is something left to resolve."""

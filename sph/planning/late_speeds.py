@@ -9,21 +9,20 @@ opens a crater as R(t) = R_T (t / T)^(mu / (1 + mu)), mu = 0.5 (``matter.case.fo
 and matter of the sound speed c flows as if it could not be compressed for v << c; what weighs on it or holds it
 together strains it by rho g D / (rho c^2) and Y / (rho c^2). So
 
-    c(t)  = max(MACH v(t), sqrt(STRAIN max(g D, Y / rho)))       MACH = 10, STRAIN = 20
-    first at  t_1 = 2 D / c_0, when a wave at the bulk sound speed c_0 of the rock has crossed two diameters, or where
-              c(t) has fallen below c_0 / 2, whichever is later
+    c(t)  = max(MACH v(t), sqrt(STRAIN max(g D, Y / rho)))       MACH = 20, STRAIN = 20
+    first at  t_1 = D / c_0, when a wave at the bulk sound speed c_0 of the rock has crossed the diameter, or where
+              c(t) has fallen below c_0 / 2, whichever is later; the viscosity of the shock goes at t_1
 
-and then down to a half each time, which v takes a time 2^(3/2) longer to do. Steps of the whole flow are then some
+and then by LOWER each time, which v takes a time LOWER^(-3/2) longer to do. Steps of the whole flow are then some
 MACH R_T / (courant spacing), whatever the gravity: 43 million become some thousands on an asteroid.
 
 No late stage: ground without weight; a crater that strength holds, where waves break the rock; a first switch later
-than a tenth of the run, which would save little.
+than an eighth of the run, which would save little.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
 
 from matter.case import formation_time
 from matter.case.body import Impact, Target
@@ -31,14 +30,16 @@ from sph.materials.rows import Materials
 from sph.planning import durations, ground_strength
 from sph.stepping import late
 
-MACH, STRAIN = 10.0, 20.0
+MACH, STRAIN = 20.0, 20.0
 """Sound speed over the flow's; bulk modulus over what strains the ground."""
-CROSSED = 2.0
+CROSSED = 1.0
 """Diameters that a wave crosses before the first switch."""
 SOFTEST_START = 0.5
 """Largest first sound speed over that of the rock."""
-LATEST = 0.1
+LATEST = 0.125
 """Latest first switch over the length of the run."""
+LOWER = 0.5**0.5
+"""Sound speed after a switch over that before; two switches for every half."""
 
 
 def flow_speed(time: float, radius: float, formation: float) -> float:
@@ -61,27 +62,19 @@ def late_stage(
     slowest = math.sqrt(STRAIN * max(weight, holds))
     first = SOFTEST_START * ground.sound
     later = 1.0 / (1.0 - formation_time.GROWTH)  # v ~ t^-(1 - exponent): a speed lower by q takes q^later as long
-    when = max(
-        CROSSED * diameter / ground.sound,
-        formation * (MACH * flow_speed(formation, 0.5 * diameter, formation) / first) ** later,
-    )
+    left = CROSSED * diameter / ground.sound
+    when = max(left, formation * (MACH * flow_speed(formation, 0.5 * diameter, formation) / first) ** later)
     speed = max(MACH * flow_speed(when, 0.5 * diameter, formation), slowest)
     if speed > first or when > LATEST * end:
         return None
     switches = [(when, speed)]
-    while 0.5 * speed >= slowest and (when := 2.0**later * when) < end:
-        switches.append((when, speed := 0.5 * speed))
+    while LOWER * speed >= slowest and (when := LOWER**-later * when) < end:
+        switches.append((when, speed := LOWER * speed))
+    thin = durations.rounded(left)
     (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]
     return late.Settings(
-        at=at, sound_speed=c, slower=tuple(late.Slower(at=when, sound_speed=speed) for when, speed in slower)
+        at=at,
+        sound_speed=c,
+        viscosity_at=None if thin >= at else thin,
+        slower=tuple(late.Slower(at=when, sound_speed=speed) for when, speed in slower),
     )
-
-
-def as_table(found: late.Settings) -> dict[str, Any]:
-    """The late stage as the table ``sph.late`` of a case file."""
-
-    def switch(at: float, speed: float) -> dict[str, Any]:
-        return {"at": f"{at:g} s", "sound_speed": f"{speed:g} m/s"}
-
-    slower = [switch(one.at, one.sound_speed) for one in found.slower]
-    return switch(found.at, found.sound_speed) | ({"slower": slower} if slower else {})

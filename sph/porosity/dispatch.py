@@ -1,7 +1,7 @@
 """Which porosity law a material has, chosen by ``kind`` and fed from a row of numbers, alpha0 first.
 
-A law file defines ``compact``, ``compact_linear``, ``at_pressure`` and the flag ``CRUSHES`` (whether it takes a crush curve); ``row(p,
-matrix)`` where its numbers are not its parameters.
+A law file defines ``compact``, ``compact_linear``, ``at_pressure`` and the flag ``CRUSHES`` (whether it takes a crush
+curve); ``row(p, matrix)`` where its numbers are not its parameters.
 """
 
 from matter.compilation.jit import law
@@ -46,7 +46,7 @@ def compact(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, crus
 
 @law
 def compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2):
-    """The new resting distention, at most ``rest``, in the linear medium P = c2 (rho - solid / rest) of the late stage.
+    """The new resting distention, at most ``rest``, in the linear medium P = c2 (rho - solid / rest) of a late stage.
 
     It is elastic up to the pressure at which the pores give way by the material's own law, and stays at that beyond:
     P = P_c(alpha), with ``solid`` [kg/m^3] the density of the matrix without pressure, c2 [m^2/s^2].

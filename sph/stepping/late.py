@@ -5,15 +5,20 @@ From the time ``at`` on every material is a linear medium of the sound speed c, 
     P = c^2 (rho - rho_r),   K' = rho_0 c^2,   mu' = mu K' / K
         (K, mu: moduli at rest; a softer material keeps its own)
 
-Poisson's ratio, strength, friction, flaws and tension cuts stay. rho_r is the particle's own: strains last, whatever made them, and so
+Poisson's ratio, strength, friction, flaws and tension cuts stay. rho_r is the particle's own: strains last, whatever
+made them, and so
 
-    P' = P_g + (P - P_g) K' / K,   S' = S K' / K
-        at the switch, with P_g the part of P that carries weight, 0 <= P_g <= max(P, 0)
+    P' = P_k + (P - P_k) K' / K,   S' = S (b + (1 - b) K' / K)
+    P_k = max(P_g, b P),           b = min(1, rho c' |v| / P)      for P > 0, else b = P_k = 0
 
-(P_g of the body in balance at that depth): waves still on their way lose their stress and cannot give back more than
-they held, ground under gravity does not feel the switch. Material in tension or expanded takes the density at which it
-had no pressure. u goes on with the same sums, so that the total energy is kept to rounding across the switch; the
-elastic energy that the softer matter cannot hold stays in u, and both energies are reported.
+at the switch. P_g is the part of P that carries weight, that of the body in balance at that depth and at most P:
+ground under gravity does not feel the switch. b is what the particle's own motion can hold up: a flow of speed v stays
+what it is by pressures of some rho v^2, whatever the modulus, and bears friction by them. Scaled down they come back
+over R / c', by compression, and until then it flows without friction. Waves on their way, P = rho c v, lose what their
+motion does not hold up in the new medium, 1 - c' / c of their stress, and the new elastic energy is at most the
+kinetic one. Material in tension or expanded takes the density at which it had no pressure. u goes on with the same
+sums, so that the total energy is kept to rounding across the switch; the difference between the elastic energies stays
+in u, and both are reported.
 
 Pores go on closing, under the pressure at which their own law has them give way: P = P_c(alpha), alpha rho_r stays and
 rho_r rises (``compact_linear`` of ``sph.porosity``). The wave that closes the pores of loose ground makes a tenth of
@@ -39,6 +44,7 @@ same formulas from one linear medium to the next (P and rho_r those of the prese
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Annotated, NamedTuple
 
@@ -174,8 +180,8 @@ def _switch(cloud, weight, state, rows, to, first, stress, late_density, elastic
     """Fill ``late_density`` (n,) and ``elastic`` (n, 2) [J], before and after, and scale the ``stress`` (n, 5) in
     place; ``state`` as ``_pressure_by_law`` fills it, ``to.ratio`` (m,) = K' / K of this switch, at the ``first`` one
     for particles of full mass."""
-    mass, rho, material, count = cloud.mass, cloud.density, cloud.material, cloud.neighbours
-    pressure, empty = state
+    mass, rho, velocity, material = cloud.mass, cloud.density, cloud.velocity, cloud.material
+    count, (pressure, empty) = cloud.neighbours, state
     for i in prange(len(rho)):
         m = material[i]
         P = pressure[i]
@@ -185,8 +191,11 @@ def _switch(cloud, weight, state, rows, to, first, stress, late_density, elastic
             ratio *= own
         else:
             shear_modulus *= own
-        carried = min(max(weight[i], 0.0), max(P, 0.0))
+        speed2 = velocity[i, 0] ** 2 + velocity[i, 1] ** 2 + velocity[i, 2] ** 2
+        borne = min(rho[i] * math.sqrt(c2 * speed2) / P, 1.0) if P > 0.0 else 0.0
+        carried = max(min(weight[i], P), borne * P, 0.0)
         softer = carried + ratio * (P - carried)
+        kept = borne + (1.0 - borne) * ratio
         rest = rho[i] - softer / c2
         if P < 0.0 and empty[i] > rho[i]:
             rest, softer = empty[i], c2 * (rho[i] - empty[i])
@@ -204,9 +213,9 @@ def _switch(cloud, weight, state, rows, to, first, stress, late_density, elastic
         pressed, eased = max(P, 0.0), max(softer, 0.0)
         held = interaction_fraction(count[i]) * mass[i] / rho[i]  # lost particles hold nothing
         elastic[i, 0] = held * (0.5 * pressed * pressed / stiff + shear)
-        elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio) + shear * ratio)
+        elastic[i, 1] = held * (0.5 * eased * eased / (stiff * ratio) + shear * kept * kept / ratio)
         for k in range(5):
-            stress[i, k] *= ratio
+            stress[i, k] *= kept
 
 
 def switch(

@@ -60,7 +60,13 @@ def test_it_goes_through_the_whole_chain(done):
 @pytest.mark.validation
 def test_the_coarsest_crater_with_the_former_numerics_is_that_of_sand(tmp_path):
     """The scaling law says 84 m."""
-    run, _ = made(tmp_path / "runs", "--set", "sph.numerics=monaghan", "--set", "sph.late.alpha=0.03")
+    run, _ = made(
+        tmp_path / "runs",
+        "--set",
+        "sph.numerics=monaghan",
+        "--set",
+        'sph.late={at="25 ms",sound_speed="1.3 km/s",alpha=0.03}',
+    )
     final = json.loads((run / "6_crater" / "measures.json").read_text())["final"]
     assert 65.0 < final["diameter_apparent_m"]["value"] < 105.0
     assert 8.0 < final["depth_m"]["value"] < 22.0

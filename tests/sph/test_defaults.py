@@ -163,14 +163,15 @@ def test_the_edge_of_a_crater_moves_as_its_radius_grows():
 
 
 def test_the_late_stage_of_a_small_body_follows_the_flow_as_it_slows_down():
-    """Ten times the edge's speed at every switch, to within the two digits, from two diameters' way of sound on; never
-    so soft that the ground's own weight strains it by more than a twentieth."""
+    """Twenty times the edge's speed at every switch, to within the two digits, from a diameter's way of sound
+    on; never so soft that the ground's own weight strains it by more than a twentieth."""
     found = late(1.2e-4, 400.0)
     formation = formation_time.of_growth(14.5, 0.0376, 2e3)  # 135 s; weight alone would take 198 s
-    assert found.at == pytest.approx(2.0 * 14.5 / 3145.0, rel=0.05)
-    assert len(found.slower) == math.floor(math.log2(found.sound_speed / math.sqrt(20.0 * 1.2e-4 * 14.5)))
+    assert found.at == pytest.approx(14.5 / 3145.0, rel=0.05)
+    lowest = math.sqrt(20.0 * 1.2e-4 * 14.5)
+    assert len(found.slower) == pytest.approx(2.0 * math.log2(found.sound_speed / lowest), abs=1.0)
     for at, c in found.switches:
-        assert c == pytest.approx(10.0 * late_speeds.flow_speed(at, 7.25, formation), rel=0.1)
+        assert c == pytest.approx(20.0 * late_speeds.flow_speed(at, 7.25, formation), rel=0.1)
         assert c**2 >= 20.0 * 1.2e-4 * 14.5
     assert found.switches[-1][0] < 400.0
 
@@ -179,15 +180,19 @@ def test_no_late_stage_without_weight_or_time_or_where_the_weight_is_stiff():
     """No gravity; a run that ends while the wave leaves; ground so heavy that c would exceed half the speed of
     sound."""
     assert late(0.0, 400.0) is None
-    assert late(1.2e-4, 0.05) is None
+    assert late(1.2e-4, 0.03) is None
     assert late(1e5, 400.0) is None
 
 
-def test_a_case_that_gives_its_end_keeps_the_speed_of_sound():
+def test_a_case_has_it_whether_or_not_it_gives_its_end():
     given = {"target": flat(), "impact": IMPACT, "particles": 8000}
     follows = stage.Settings.model_validate(given)
-    assert follows.late is not None and follows.late.at < 0.1 * follows.end_time
-    assert stage.Settings.model_validate({**given, "end_time": follows.end_time}).late is None
+    assert follows.late is not None and follows.late.at < late_speeds.LATEST * follows.end_time
+    assert (
+        follows.late.viscosity_at == pytest.approx(2000.0 / 3145.0, rel=0.35)
+        and follows.late.viscosity_at < follows.late.at
+    )
+    assert stage.Settings.model_validate({**given, "end_time": follows.end_time}).late == follows.late
     assert stage.Settings.model_validate({**given, "late": None}).late is None
     hard = {**given, "impact": IMPACT.model_copy(update={"expected_transient_diameter": 20.0})}
     assert stage.Settings.model_validate(hard).late is None  # strength holds it

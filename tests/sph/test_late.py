@@ -83,7 +83,15 @@ def energy(i):
     return float(i.cloud.mass @ (0.5 * np.einsum("ij,ij->i", v, v) + i.cloud.specific_energy))
 
 
-def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
+def borne(i, P, sound_speed):
+    """The part of the pressures ``P`` that the particles' own motion holds up in the medium of ``sound_speed``."""
+    up = np.maximum(P, 1e-300)
+    return np.where(
+        P > 0.0, np.minimum(i.cloud.density * sound_speed * np.linalg.norm(i.cloud.velocity, axis=1) / up, 1), 0.0
+    )
+
+
+def test_the_switch_scales_stress_and_keeps_strain_weight_motion_and_energy():
     i = ball()
     P, S, wave, total = (
         i.forces.evaluated.pressure.copy(),
@@ -94,13 +102,15 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
     weight = np.where(np.arange(len(P)) % 2 == 0, 2e6, 0.0)
     ratio = 2700.0 * 300.0**2 / 26.7e9
     before, after = i.enter_late_stage(300.0, 0.0, weight)
-    held = np.minimum(weight, np.maximum(P, 0.0))
+    b = borne(i, P, 300.0)
+    assert 0.005 < np.median(b[P > 0.0]) < 0.5
+    held = np.maximum(np.minimum(weight, np.maximum(P, 0.0)), b * P)
     pressed = P > 0.0
     assert pressed.sum() > 300 and i.forces.evaluated.pressure[pressed] == pytest.approx(
         (held + ratio * (P - held))[pressed], rel=1e-6
     )
     assert np.abs(i.forces.evaluated.pressure[~pressed]).max() < 2.0 * ratio * np.abs(P).max()
-    assert i.cloud.stress == pytest.approx(ratio * S, rel=1e-12)
+    assert i.cloud.stress == pytest.approx((b + (1.0 - b) * ratio)[:, None] * S, rel=1e-9)
     assert i.forces.evaluated.wave == pytest.approx(wave * math.sqrt(ratio), rel=5e-3)  # Poisson's ratio stays
     assert energy(i) == total and after < before
     i.step_limit.dt = 0.0
@@ -108,9 +118,11 @@ def test_the_switch_scales_stress_and_keeps_strain_weight_and_energy():
 
 
 def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
-    """Without weight two switches in a row are one; what carries weight carries it through the second too."""
-    twice, once = ball(), ball()
+    """Without weight, at rest, two switches in a row are one; what carries weight carries it through the second."""
+    twice, once, weighed = still = ball(), ball(), ball()
     none = np.zeros(len(twice.cloud))
+    for i in still:
+        i.cloud.velocity[:] = 0.0
     twice.enter_late_stage(300.0, 0.0, none)
     P, S, total = twice.forces.evaluated.pressure.copy(), twice.cloud.stress.copy(), energy(twice)
     before, after = twice.enter_late_stage(30.0, 0.0, none)
@@ -121,7 +133,6 @@ def test_a_second_switch_goes_from_the_first_medium_to_a_softer_one():
         once.forces.evaluated.pressure, rel=1e-6, abs=1e-9 * np.abs(P).max()
     )
     assert energy(twice) == total and 0.0 < after < before
-    weighed = ball()
     weighed.enter_late_stage(300.0, 0.0, none)
     weighed.enter_late_stage(30.0, 0.0, np.full(len(P), 100.0))
     held = np.minimum(100.0, np.maximum(P, 0.0))
@@ -137,6 +148,7 @@ def test_fine_particles_are_softer_at_both_switches():
     kind = fine.cloud.identity % 3
     for i in (rough, fine):
         i.cloud.mass *= np.choose(kind, (1.0, 0.125, 1e-6))
+        i.cloud.velocity[:] = 0.0
     spacing = float((fine.cloud.mass.max() / fine.materials.bulk_density[0]) ** (1.0 / 3.0))
     total, none = energy(fine), np.zeros(len(kind))
     own = np.where(kind == 0, 1.0, 0.25)
@@ -186,8 +198,8 @@ def test_pores_close_under_the_pressure_that_closed_them_before():
 
 @pytest.mark.parametrize("sound_speed", [1300.0, 650.0])
 def test_a_piston_closes_the_pores_of_the_late_medium_at_the_speed_of_its_jump_conditions(sound_speed):
-    """Sand under a piston of 5 m/s: mass and momentum through the front with P = c^2 (rho - solid / alpha) on the crush
-    curve. A softer medium has the slower wave: at 1.3 km/s 328 m/s, by the materials' own laws 343."""
+    """Sand under a piston of 5 m/s: mass and momentum through the front with P = c^2 (rho - solid / alpha) on the
+    crush curve. A softer medium has the slower wave: at 1.3 km/s 328 m/s, by the materials' own laws 343."""
     sand = Choice(
         porosity="strain_alpha",
         strain_alpha={"alpha0": 1.8, "eps_e": 0.0, "kappa": 0.988, "alpha_x": 1.29},
@@ -313,13 +325,11 @@ def test_resumed_before_and_after_the_switch_it_is_the_same_to_the_last_bit(tmp_
             assert np.array_equal(whole[name], other[name]), name
         assert (folder / "history.csv").read_bytes() == (folders[0] / "history.csv").read_bytes()
     report = json.loads((folders[0] / "stage_report.json").read_text())
-    assert (
-        report["late"]["time_s"] == pytest.approx(6e-5)
-        and report["late"]["elastic_energy_after_J"] < report["late"]["elastic_energy_before_J"]
-    )
     (second,) = report["late_slower"]
+    assert report["late"]["time_s"] == pytest.approx(6e-5)
     assert second["time_s"] == pytest.approx(1e-4) and second["sound_speed_m_s"] == 200.0
-    assert second["elastic_energy_after_J"] < second["elastic_energy_before_J"]
+    for one in (report["late"], second):  # what motion holds up is at most the kinetic energy
+        assert one["elastic_energy_after_J"] < one["elastic_energy_before_J"] + one["kinetic_energy_J"]
     assert len(snapshot.series(folders[0])) == 4  # at 0, 0.1, 0.2 and 0.25 ms: none of its own at the switch
 
 
