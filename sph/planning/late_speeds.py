@@ -70,11 +70,11 @@ def late_stage(
     switches = [(when, speed)]
     while LOWER * speed >= slowest and (when := LOWER**-later * when) < end:
         switches.append((when, speed := LOWER * speed))
-    thin = durations.rounded(left)
+    viscosity_at = durations.rounded(left)
     (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]
     return late.Settings(
         at=at,
         sound_speed=c,
-        viscosity_at=None if thin >= at else thin,
+        viscosity_at=viscosity_at if viscosity_at < at else None,
         slower=tuple(late.Slower(at=when, sound_speed=speed) for when, speed in slower),
     )
