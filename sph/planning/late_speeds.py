@@ -68,7 +68,7 @@ def late_stage(
     if speed > first or when > LATEST * end:
         return None
     switches = [(when, speed)]
-    while LOWER * speed >= slowest and (when := LOWER**-later * when) < end:
+    while LOWER * speed >= slowest and durations.rounded(when := LOWER**-later * when) < end:
         switches.append((when, speed := LOWER * speed))
     viscosity_at = durations.rounded(left)
     (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]

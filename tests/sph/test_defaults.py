@@ -174,6 +174,8 @@ def test_the_late_stage_of_a_small_body_follows_the_flow_as_it_slows_down():
         assert c == pytest.approx(20.0 * late_speeds.flow_speed(at, 7.25, formation), rel=0.1)
         assert c**2 >= 20.0 * 1.2e-4 * 14.5
     assert found.switches[-1][0] < 400.0
+    for end in np.geomspace(1.0, 400.0, 300):  # two digits may round up to the end
+        assert late(1.2e-4, end).switches[-1][0] < end
 
 
 def test_no_late_stage_without_weight_or_time_or_where_the_weight_is_stiff():
