@@ -12,13 +12,13 @@ made them, and so
     P_k = max(P_g, b P),           b = min(1, rho c' |v| / P)      for P > 0, else b = P_k = 0
 
 at the switch. P_g is the part of P that carries weight, that of the body in balance at that depth and at most P:
-ground under gravity does not feel the switch. b is what the particle's own motion can hold up: a flow of speed v stays
-what it is by pressures of some rho v^2, whatever the modulus, and bears friction by them. Scaled down they come back
-over R / c', by compression, and until then it flows without friction. Waves on their way, P = rho c v, lose what their
-motion does not hold up in the new medium, 1 - c' / c of their stress, and the new elastic energy is at most the
-kinetic one. Material in tension or expanded takes the density at which it had no pressure. u goes on with the same
-sums, so that the total energy is kept to rounding across the switch; the difference between the elastic energies stays
-in u, and both are reported.
+ground under gravity does not feel the switch. b is what the particle's own motion can hold up, v in the frame of the
+run: a flow of speed v stays what it is by pressures of some rho v^2, whatever the modulus, and bears friction by them.
+Scaled down they come back over R / c', by compression, and until then it flows without friction. Waves on their way, P
+= rho c v, lose what their motion does not hold up in the new medium, 1 - c' / c of their stress, and the new elastic
+energy is at most the kinetic one. Material in tension or expanded takes the density at which it had no pressure. u
+goes on with the same sums, so that the total energy is kept to rounding across the switch; the difference between the
+elastic energies stays in u, and both are reported.
 
 Pores go on closing, under the pressure at which their own law has them give way: P = P_c(alpha), alpha rho_r stays and
 rho_r rises (``compact_linear`` of ``sph.porosity``). The wave that closes the pores of loose ground makes a tenth of
