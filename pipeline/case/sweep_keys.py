@@ -123,7 +123,7 @@ def flat(table: Mapping[str, Any], above: str = "") -> dict[str, Any]:
     return dotted
 
 
-OWN_COLUMNS = ("member", "run", "state", "reason", "until", "case", "settled", "class")
+OWN_COLUMNS = ("member", "run", "state", "reason", "commit", "until", "case", "settled", "class")
 """What a sweep's table says of a member beside what is drawn and measured: no quantity is called so."""
 Fault = tuple[tuple[str, ...], str]
 """The path of a mistake in ``[sweep]``, and a sentence."""

@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from matter.errors import InputError
+from matter.errors import InputError, Stopped
 from pipeline.running import run_process
 from pipeline.sweeps import ensemble as ensembles
 from pipeline.sweeps import sweep as sweeps
@@ -52,10 +52,14 @@ def swept(
     def say(words: str) -> None:
         print(words, flush=True)
 
-    if scheduler:
-        failed = sweep_dask.run(sweep, each, scheduler, say)
-    else:
-        failed = sweep_run.Runner(sweep, each, sweep_run.side_by_side(sweep, each), say).run()
+    try:
+        if scheduler:
+            failed = sweep_dask.run(sweep, each, scheduler, say)
+        else:
+            failed = sweep_run.Runner(sweep, each, sweep_run.side_by_side(sweep, each), say).run()
+    except Stopped:
+        sweep_table.write(sweep)
+        raise
     rows = sweep_table.write(sweep, failed)
     print(f"\n{sweep_table.text(rows)}", flush=True)
     if forecast:

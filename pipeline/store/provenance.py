@@ -11,6 +11,7 @@ import platform
 import subprocess
 import sys
 import tomllib
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -64,6 +65,14 @@ def commit() -> dict[str, Any]:
         return {"commit": head, "uncommitted_changes": bool(changed.strip())}
     except (OSError, subprocess.SubprocessError):
         return {}
+
+
+def commit_words(told: Mapping[str, Any] | None) -> str:
+    """What ``commit`` has told, in words; the version outside a checkout, nothing where nothing was told."""
+    if told is None:
+        return ""
+    changed = " and changes that are not committed" if told.get("uncommitted_changes") else ""
+    return f"{told['commit']}{changed}" if told.get("commit") else f"version {version()}"
 
 
 def machine() -> dict[str, Any]:

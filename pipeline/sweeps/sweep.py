@@ -60,7 +60,7 @@ from pipeline.case.read import Case
 from pipeline.case.sweep_keys import SweepTable, flat, prior_faults
 from pipeline.case.toml_lines import KeyPath
 from pipeline.running.request import Request
-from pipeline.sweeps import draws
+from pipeline.sweeps import draws, results_elsewhere
 
 Number = bool | int | float | str
 SHOCK = "sph"
@@ -315,6 +315,14 @@ class Sweep:
             own = {key: said.get(key, overlay.at(case.document, key)) for key in keys}
             by_name[member.name] = {"case": case.name, **own} if self.several else own
         return by_name
+
+    @cached_property
+    def elsewhere(self) -> dict[str, dict[str, Any]]:
+        """The rows of the members that were computed elsewhere, by name. Raises ``InputError``."""
+        rows = results_elsewhere.rows_in(self.folder / results_elsewhere.FOLDER)
+        found = {name: rows.get((name, request.run_folder.name)) for name, request in self.requests.items()}
+        last = {name: request.wanted[-1] for name, request in self.requests.items()}
+        return {name: row for name, row in found.items() if row and row.get("until") == last[name]}
 
     @property
     def named(self) -> bool:

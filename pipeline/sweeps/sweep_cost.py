@@ -28,10 +28,12 @@ class Row:
 
 
 def rows_of(sweep: Sweep) -> dict[str, Row]:
-    """A row per stage, in their order."""
+    """A row per stage, in their order; members that were computed elsewhere cost nothing."""
     rows: dict[str, Row] = {}
     counted = set()
-    for request in sweep.requests.values():
+    for member, request in sweep.requests.items():
+        if member in sweep.elsewhere:
+            continue
         settings = settings_of(request)
         costs = prediction.predictions(request, settings)
         planned = plan.plan(request, settings)

@@ -31,7 +31,7 @@ from matter.errors import Unsound
 from matter.files import archive
 from matter.wording import body_measures, crater_measures, drawing, page, readable
 from pipeline.case.read import Case
-from pipeline.store import folder, provenance
+from pipeline.store import provenance
 from pipeline.sweeps.sweep import Sweep
 from pipeline.sweeps.sweep_table import Row, axis_of
 from pipeline.uncertainty import forecast_files, forecast_picture
@@ -163,9 +163,11 @@ def text(sweep: Sweep, case: Case, rows: Sequence[Row], found: Sequence[Quantity
 def _origin(sweep: Sweep, case: Case, rows: Sequence[Row]) -> dict[str, Any]:
     """Where a forecast comes from: case, command, commits, seed, how many members are done and failed."""
     states, first = [row["state"] for row in rows], next(iter(sweep.requests.values()))
+    made_by = sorted({row["commit"] for row in rows if row.get("commit")})
     return {
         "name": sweep.folder.name, "case": first.case.title, "command": command(sweep),
-        "commit": _commit(provenance.commit()), "runs_commit": _run_commits(sweep), "seed": case.sweep.get("seed", 1),
+        "commit": provenance.commit_words(provenance.commit()), "runs_commit": made_by,
+        "seed": case.sweep.get("seed", 1),
         "members": len(rows), "done": states.count("done"), "failed": states.count("failed"),
         "levels": list(forecast_files.LEVELS),
     }  # fmt: skip
@@ -188,17 +190,6 @@ def _inputs(sweep: Sweep) -> list[Path]:
     """The files of the case, and of those that its members name."""
     named = [sweep.where, *(member.where for member in sweep.members if member.where)]
     return list(dict.fromkeys(path / "case.toml" if path.is_dir() else path for path in named))
-
-
-def _commit(told: Mapping[str, Any]) -> str:
-    changed = " and changes that are not committed" if told.get("uncommitted_changes") else ""
-    return f"{told['commit']}{changed}" if told.get("commit") else f"version {provenance.version()}"
-
-
-def _run_commits(sweep: Sweep) -> list[str]:
-    """The commits of the code that made the members."""
-    records = [folder.record(request.run_folder / "provenance.json") for request in sweep.requests.values()]
-    return sorted({_commit(record["distribution"]) for record in records if "distribution" in record})
 
 
 def arrays(rows: Sequence[Row], drawn: Sequence[str], found: Sequence[Quantity]) -> dict[str, Any]:

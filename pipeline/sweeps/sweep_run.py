@@ -43,9 +43,11 @@ class State:
 
 
 def state_of(sweep: Sweep, member: Member) -> State:
-    """What a member's run folder says."""
+    """What a member's run folder says, or the table of those that were computed elsewhere."""
     request = sweep.requests[member.name]
     last = request.wanted[-1]
+    if member.name in sweep.elsewhere:
+        return State("done", last, 1.0)
     if (done := folder.record(stages.folder(request.run_folder, last) / folder.DONE)) and not folder.lacking(done):
         return State("done", last, 1.0)
     told = folder.record(request.run_folder / "status.json")
@@ -223,6 +225,8 @@ def links(sweep: Sweep) -> None:
     """Let the sweep's folder show its members by their names."""
     sweep.folder.mkdir(parents=True, exist_ok=True)
     for member in sweep.members:
+        if member.name in sweep.elsewhere:
+            continue
         link, run = sweep.folder / member.name, sweep.requests[member.name].run_folder
         if not link.is_symlink():
             try:

@@ -20,7 +20,7 @@ from matter.wording import body_measures, crater_measures, drawing, page, readab
 from matter.wording.crater_measures import COMPARED
 from pipeline.case import overlay, stages
 from pipeline.settings import expected
-from pipeline.store import folder
+from pipeline.store import folder, provenance
 from pipeline.sweeps.sweep import QUANTITY, Number, Sweep
 from pipeline.sweeps.sweep_run import outcome_of
 
@@ -38,22 +38,27 @@ Row = dict[str, Any]
 
 
 def rows_of(sweep: Sweep, failed: Mapping[str, int] | None = None) -> list[Row]:
-    """A row per member: name, run folder, where it stands, why it failed, its last stage where those differ
-    (``until``), every quantity that is drawn and key that is varied with its value, whether its last crater is at rest
-    (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], on a body those after the shock stage
-    (``shock/beta_normal``) and at the end (``body/beta_normal``), and the transient apparent diameter by the scaling
-    laws for its ground as ``law/<name>`` [m]. ``failed``: exit codes of members that failed just now."""
+    """A row per member: name, run folder, where it stands, why it failed, the commit of the code that made it, its
+    last stage (``until``), every quantity that is drawn and key that is varied with its value, whether its last crater
+    is at rest (``settled``), then measures as ``final/depth_m`` with ``..._sigma`` [SI], on a body those after the
+    shock stage (``shock/beta_normal``) and at the end (``body/beta_normal``), and the transient apparent diameter by
+    the scaling laws for its ground as ``law/<name>`` [m]. A member that was computed elsewhere has the row from there.
+    ``failed``: exit codes of members that failed just now."""
     rows = []
-    last = {name: request.wanted[-1] for name, request in sweep.requests.items()}
     for member in sweep.members:
+        if done_elsewhere := sweep.elsewhere.get(member.name):
+            rows.append(done_elsewhere)
+            continue
         request = sweep.requests[member.name]
         outcome = outcome_of(sweep, member, failed or {})
+        made_by = folder.record(request.run_folder / "provenance.json").get("distribution")
         row: Row = {
             "member": member.name,
             "run": request.run_folder.name,
             "state": outcome.word,
             "reason": ": ".join(filter(None, (outcome.stage, outcome.reason))) if outcome.word == "failed" else "",
-            **({"until": last[member.name]} if len(set(last.values())) > 1 else {}),
+            "commit": provenance.commit_words(made_by),
+            "until": request.wanted[-1],
             **sweep.values[member.name],
         }
         row["settled"] = (
@@ -212,9 +217,9 @@ def _states(rows: Sequence[Row]) -> str:
 
 def _fidelity(rows: Sequence[Row]) -> str:
     """How many members run the whole chain, where some do not."""
-    until = [row["until"] for row in rows if "until" in row]
+    until = [row["until"] for row in rows]
     whole = len(until) - until.count("sph")
-    return f"{whole} run all stages, the others end with the shock stage." if until else ""
+    return f"{whole} run all stages, the others end with the shock stage." if 0 < whole < len(until) else ""
 
 
 def _short(value: Number) -> str:

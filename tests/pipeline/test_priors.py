@@ -8,6 +8,7 @@ import math
 import os
 import re
 import warnings
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy import stats
 
-from matter.errors import InputError
+from matter.errors import InputError, Stopped
 from matter.files import archive
 from pipeline.case import derived, keys
 from pipeline.case import read as cases
@@ -25,7 +26,7 @@ from pipeline.commands import sweep_command
 from pipeline.running import run_process
 from pipeline.settings.compose import compose
 from pipeline.store.store import STORE
-from pipeline.sweeps import draws, sweep_jobs, sweep_run, sweep_table
+from pipeline.sweeps import draws, sweep_cost, sweep_jobs, sweep_run, sweep_table
 from pipeline.sweeps.sweep import check, members, planned_sweep, read_table
 
 FAKES = Path(__file__).resolve().parent / "fake_rooms"
@@ -364,6 +365,53 @@ def test_members_that_fail_are_counted_and_listed_and_more_members_redo_none(swe
     assert shock_stages(more) == before == ["0\n", "0\n"]
 
 
+def cells(row):
+    """What a row of a sweep's table says."""
+    return {name: value for name, value in row.items() if value not in (None, "")}
+
+
+def test_members_that_are_done_elsewhere_are_not_computed_again(sweep, tmp_path):
+    there = sweep(3, 2)
+    sweep_run.Runner(there, 1, 2, lambda text: None).run()
+    rows = sweep_table.write(there)
+    done = [row["member"] for row in rows if row["state"] == "done"]
+    assert len(done) == 2 and "m0003" in done  # one of the first two fails in its handoff
+
+    def carried(to):
+        """The sweep with the table from there in its folder."""
+        file = to.folder / "elsewhere" / "there.csv"
+        file.parent.mkdir(parents=True)
+        file.write_text((there.folder / sweep_table.CSV).read_text())
+        return to
+
+    # no run folder in sight: the same rows, numbers and all
+    here = carried(replace(there, out=tmp_path / "other"))
+    told, measured = (
+        [cells(row) for row in table if row["member"] in done] for table in (sweep_table.rows_of(here), rows)
+    )
+    assert told == measured
+    assert "2 done" in sweep_run.status(here) and sweep_cost.rows_of(here)["sph"].made == 1
+    heard = []
+    sweep_run.Runner(here, 1, 2, heard.append).run()
+    assert {line.partition(":")[0] for line in heard if "begins" in line}.isdisjoint(done)
+    # the third was a shock stage alone; as a whole chain it is another matter, and so are other values
+    assert set(carried(replace(sweep(4, 3), out=tmp_path / "third")).elsewhere) == set(done) - {"m0003"}
+    other = replace(there, out=tmp_path / "fourth", overrides=('impact.angle_from_vertical="30 deg"',))
+    assert carried(other).elsewhere == {}
+
+
+@pytest.mark.parametrize(
+    "text, words", [("a,b\n1,2\n", "no column member or run"), ("member,\udcff", "cannot be read")]
+)
+def test_a_table_from_elsewhere_that_is_none_is_refused(sweep, text, words):
+    one = sweep(2, None)
+    file = one.folder / "elsewhere" / "table.csv"
+    file.parent.mkdir(parents=True)
+    file.write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(InputError, match=words):
+        sweep_table.rows_of(one)
+
+
 def shock_stages(sweep) -> list[str]:
     """How often each shock stage was begun."""
     return [path.read_text() for path in (sweep.out / STORE).glob("sph-*/starts.txt")]
@@ -378,6 +426,19 @@ def test_the_command_ends_with_1_where_members_failed(sweep, case_folder, tmp_pa
         told = capsys.readouterr().out
         assert ("0 of 16 members are done, 15 to do, 1 failed." in told) == bool(failed)
         assert ("m0002 failed: exit code 2" in told) == bool(failed)
+
+
+def test_a_sweep_that_stops_leaves_its_table(sweep, case_folder, tmp_path, monkeypatch):
+    sweep(2, None)  # the case file with its preset
+    read = cases.read(case_folder, "ensemble")
+
+    def stop(self):
+        raise Stopped("the sweep was stopped")
+
+    monkeypatch.setattr(sweep_run.Runner, "run", stop)
+    with pytest.raises(Stopped):
+        sweep_command.swept(read, tmp_path / "runs", [], None, None, 1, [], None, None)
+    assert len(list((tmp_path / "runs").glob("*-sweep-*/table.csv"))) == 1
 
 
 def test_a_member_that_was_refused_or_killed_is_listed_by_its_exit_code(sweep):

@@ -45,7 +45,7 @@ def rows_of(sweep, error=0.0):
     """Shock stages of all members, the whole chain of the first; the second failed in its grains."""
     rows = []
     for k, member in enumerate(sweep.members):
-        row = {"member": member.name, "state": "done", "reason": "", **sweep.values[member.name]}
+        row = {"member": member.name, "state": "done", "reason": "", "until": "crater", **sweep.values[member.name]}
         row["shock/beta_normal"] = BETA[k]
         if k == 1:
             row |= {"state": "failed", "reason": 'dem: "overlap" \u00d7 2'}
