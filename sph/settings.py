@@ -146,7 +146,8 @@ class Settings(_Keys):
                 )
             except InputError:
                 return self
-            object.__setattr__(self, "late", found)  # as a default is: the model is frozen for its users
+            followed = late_stage.Settings.model_validate(found) if found else None
+            object.__setattr__(self, "late", followed)  # as a default is: the model is frozen for its users
         return self
 
     @model_validator(mode="after")

@@ -51,7 +51,8 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "flaw_last": ((), "int32"),
 }
 
-Fields = namedtuple("Fields", tuple(ARRAYS))  # type: ignore[misc]
+FIELDS = (*ARRAYS, "flaw_strain")
+Fields = namedtuple("Fields", FIELDS)  # type: ignore[misc]
 """The arrays of a cloud as compiled loops take them. numba drops what a loop over ``prange`` itself writes to arrays
 inside a tuple, without a word: such a loop calls the function that writes."""
 
@@ -134,7 +135,7 @@ class Cloud:
     @property
     def fields(self) -> Fields:
         """The arrays as they stand, for a compiled loop."""
-        return Fields(*(getattr(self, name) for name in ARRAYS))
+        return Fields(*(getattr(self, name) for name in FIELDS))
 
     @classmethod
     def from_bodies(cls, *bodies: Body) -> Cloud:

@@ -23,12 +23,12 @@ than an eighth of the run, which would save little.
 from __future__ import annotations
 
 import math
+from typing import Any
 
 from matter.case import formation_time
 from matter.case.body import Impact, Target
 from sph.materials.rows import Materials
 from sph.planning import durations, ground_strength
-from sph.stepping import late
 
 MACH, STRAIN = 20.0, 20.0
 """Sound speed over the flow's; bulk modulus over what strains the ground."""
@@ -50,8 +50,8 @@ def flow_speed(time: float, radius: float, formation: float) -> float:
 
 def late_stage(
     target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool, end: float
-) -> late.Settings | None:
-    """The late stage of a run until ``end`` [s]; None where there should be none. ``strength``, ``damage`` as
+) -> dict[str, Any] | None:
+    """``[sph.late]`` of a run until ``end`` [s]; None where there should be none. ``strength``, ``damage`` as
     ``[sph]`` has them."""
     diameter, gravity = impact.expected_transient_diameter, durations.surface_gravity(target, materials)
     ground = ground_strength.ground(materials, target.layers[-1].material, diameter, strength, damage)
@@ -72,9 +72,9 @@ def late_stage(
         switches.append((when, speed := LOWER * speed))
     viscosity_at = durations.rounded(left)
     (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]
-    return late.Settings(
-        at=at,
-        sound_speed=c,
-        viscosity_at=viscosity_at if viscosity_at < at else None,
-        slower=tuple(late.Slower(at=when, sound_speed=speed) for when, speed in slower),
-    )
+    return {
+        "at": at,
+        "sound_speed": c,
+        "viscosity_at": viscosity_at if viscosity_at < at else None,
+        "slower": tuple({"at": when, "sound_speed": speed} for when, speed in slower),
+    }

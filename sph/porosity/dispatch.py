@@ -4,10 +4,20 @@ A law file defines ``compact``, ``compact_linear``, ``at_pressure`` and the flag
 curve); ``row(p, matrix)`` where its numbers are not its parameters.
 """
 
+from typing import NamedTuple
+
 from matter.compilation.jit import law
 from matter.compilation.law_family import Family
 from sph.eos import dispatch
 from sph.porosity import p_alpha, strain_alpha
+
+
+class LinearMedium(NamedTuple):
+    """Material of a late stage: density of its matrix without pressure [kg/m^3], squared sound speed [m^2/s^2]."""
+
+    solid: float
+    c2: float
+
 
 FAMILY = Family("porosity", "law of the pores", (p_alpha, strain_alpha), none=True)
 
@@ -19,7 +29,7 @@ _compact = FAMILY.choose(
 )
 _compact_linear = FAMILY.choose(
     "compact_linear",
-    "curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2",
+    "curve, curve_row, eos_kind, eos_row, rho, u, rest, medium",
     otherwise="1.0",
     about="``compact_linear`` of material with pores.",
 )
@@ -45,15 +55,15 @@ def compact(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, crus
 
 
 @law
-def compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2):
+def compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, medium):
     """The new resting distention, at most ``rest``, in the linear medium P = c2 (rho - solid / rest) of a late stage.
 
     It is elastic up to the pressure at which the pores give way by the material's own law, and stays at that beyond:
-    P = P_c(alpha), with ``solid`` [kg/m^3] the density of the matrix without pressure, c2 [m^2/s^2].
+    P = P_c(alpha).
     """
-    if rest <= 1.0 or rho * rest <= solid:
+    if rest <= 1.0 or rho * rest <= medium.solid:
         return rest
-    return _compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2)
+    return _compact_linear(kind, pores, curve, curve_row, eos_kind, eos_row, rho, u, rest, medium)
 
 
 @law

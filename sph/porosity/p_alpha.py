@@ -208,8 +208,9 @@ def resting(P, curve, curve_row, p):
 
 
 @law
-def compact_linear(curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2, p):
+def compact_linear(curve, curve_row, eos_kind, eos_row, rho, u, rest, medium, p):
     """As ``dispatch.compact_linear`` says: P - c2 (rho - solid / resting(P)) rises with P; by bisection."""
+    solid, c2 = medium.solid, medium.c2
     low, high = crush.onset(curve, curve_row), c2 * (rho - solid / rest)
     if high <= low or resting(high, curve, curve_row, p) >= rest:
         return rest

@@ -113,8 +113,9 @@ def compact(curve, curve_row, eos_kind, eos_row, rho, u, rest, crushing, q):
 
 
 @law
-def compact_linear(curve, curve_row, eos_kind, eos_row, rho, u, rest, solid, c2, p):
+def compact_linear(curve, curve_row, eos_kind, eos_row, rho, u, rest, medium, p):
     """As ``dispatch.compact_linear`` says: P_c(alpha) - c2 (rho - solid / alpha) falls with alpha; by bisection."""
+    solid, c2 = medium.solid, medium.c2
     if c2 * (rho - solid / rest) <= crush_pressure(rest, u, eos_kind, eos_row, p):
         return rest
     low, high = max(solid / rho, 1.0), rest

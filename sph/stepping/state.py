@@ -119,9 +119,9 @@ def _close_pores(i, cloud, rows, pores, crushing, late_density, late_c2):
     if rows.porosity[m] > 0 and late_c2 > 0.0:
         a = cloud.distention[i]
         if crushing:
-            solid = a * late_density[i]
-            a = porosity.compact_linear(*pore_law, cloud.density[i], cloud.specific_energy[i], a, solid, late_c2)
-            cloud.distention[i], late_density[i] = a, solid / a
+            medium = porosity.LinearMedium(a * late_density[i], late_c2)
+            a = porosity.compact_linear(*pore_law, cloud.density[i], cloud.specific_energy[i], a, medium)
+            cloud.distention[i], late_density[i] = a, medium.solid / a
     elif rows.porosity[m] > 0:
         a, rest, loading, unloading, slow = porosity.compact(
             *pore_law, cloud.density[i], cloud.specific_energy[i], cloud.distention[i], crushing
@@ -152,9 +152,9 @@ def _shaken(limit, v_vib, rate, law, rows, m, bearing, rho, heat, D):
 
 
 @law
-def _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows):
+def _crack_growth(i, strain, D, slow, cloud, rows):
     """Cap of D^(1/3) and its rate [1/s] for a particle in which the largest principal strain is ``strain``."""
-    m, first, last = cloud.material[i], cloud.flaw_first[i], cloud.flaw_last[i]
+    m, first, last, flaw_strain = cloud.material[i], cloud.flaw_first[i], cloud.flaw_last[i], cloud.flaw_strain
     active = 0
     while first + active < last and flaw_strain[first + active] < strain:
         active += 1
@@ -171,7 +171,7 @@ def _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows):
 
 
 @inner_kernel
-def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate, vibration):
+def _evaluate_some(block, cloud, rows, physics, out, pores, late, plastic, rate, vibration):
     """One evaluation of the particles of a ``block``; arguments as ``_evaluate``."""
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
     h = cloud.support_radius
@@ -242,7 +242,7 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
             stress[i, 0], stress[i, 1], stress[i, 2], stress[i, 3], stress[i, 4] = sxx, sxy, sxz, syy, syz
             if damage and rows.flawed[m] > 0.0:
                 strain = grady_kipp.largest_principal(sxx, sxy, sxz, syy, syz, a * P) / rows.young[m]
-                damage_cap[i], damage_rate[i] = _crack_growth(i, strain, D, slow, cloud, flaw_strain, rows)
+                damage_cap[i], damage_rate[i] = _crack_growth(i, strain, D, slow, cloud, rows)
             if rows.mixes_damage[m] == 0:
                 s *= 1.0 - D
         else:
@@ -264,19 +264,19 @@ def _evaluate_some(block, cloud, flaw_strain, rows, physics, out, pores, late, p
 
 
 @parallel_kernel
-def _evaluate(cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate, vibration):
+def _evaluate(cloud, rows, physics, out, pores, late, plastic, rate, vibration):
     """One evaluation of every particle; compiled without pores, plastic strain, rate of strain or vibration where
     these are None.
 
-    In: ``sph.bodies.particle_cloud.Fields``, the strains of all flaws, ``sph.materials.Rows``, ``Physics``, ``Late``,
-    the rates of strain (n, 6) and the speeds of vibration (n,) where friction goes by them. Out: ``Response`` and
-    ``Pores``, and in place the cloud's stress (yielded), distention (compacted) and plastic strain.
+    In: ``sph.bodies.particle_cloud.Fields``, ``sph.materials.Rows``, ``Physics``, ``Late``, the rates of strain (n, 6)
+    and the speeds of vibration (n,) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the
+    cloud's stress (yielded), distention (compacted) and plastic strain.
     """
     n = len(cloud.mass)
     # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
     for block in prange((n + _BLOCK - 1) // _BLOCK):
         # int64 as where its type is first inferred: the loop's own index is unsigned, and would compile it twice
-        _evaluate_some(np.int64(block), cloud, flaw_strain, rows, physics, out, pores, late, plastic, rate, vibration)
+        _evaluate_some(np.int64(block), cloud, rows, physics, out, pores, late, plastic, rate, vibration)
 
 
 class Evaluated:
@@ -339,7 +339,7 @@ def evaluate(
     vibration = cloud.vibration if len(cloud.vibration) else None
     by_rate = vibration is not None or bool((rows.inertial[:, DIAMETER] > 0.0).any())
     rate = cloud.strain_rate if by_rate else None
-    _evaluate(cloud.fields, cloud.flaw_strain, rows, physics, out.response, pores, medium, plastic, rate, vibration)
+    _evaluate(cloud.fields, rows, physics, out.response, pores, medium, plastic, rate, vibration)
 
 
 def damage_of(cloud, rows: Rows) -> np.ndarray:

@@ -16,6 +16,7 @@ from sph.bodies import target
 from sph.materials.rows import collect
 from sph.materials.settings import Choice
 from sph.planning import durations, ground_strength, late_speeds, resolution
+from sph.stepping import late as stepping_late
 
 IMPACT = Impact.model_validate(
     {
@@ -150,7 +151,8 @@ def late(gravity: float, end: float, **impact):
     ground = Target.model_validate({"shape": "half_space", "gravity": gravity, "layers": [layer]})
     loose = {"basalt": Choice(porosity="p_alpha", strength="drucker_prager", drucker_prager={"cohesion": "0 Pa"})}
     shot, materials = Impact.model_validate(hit), collect(("basalt", "copper"), loose)
-    return late_speeds.late_stage(ground, shot, materials, True, True, end)
+    found = late_speeds.late_stage(ground, shot, materials, True, True, end)
+    return found and stepping_late.Settings.model_validate(found)
 
 
 def test_the_edge_of_a_crater_moves_as_its_radius_grows():

@@ -229,13 +229,14 @@ def test_pores_of_the_late_medium_close_under_the_pressure_of_their_own_law(name
     rows = collect((name,), {name: Choice.model_validate({"porosity": "p_alpha", **changes})}).rows
     law = (rows.porosity[0], rows.pores[0], rows.crush[0], rows.crush_row[0], rows.eos[0], rows.eos_row[0])
     solid, start, c2 = float(rows.rho0[0]), float(rows.alpha0[0]), sound_speed**2
+    medium = dispatch.LinearMedium(solid, c2)
     closed = 0
     for P in (1e4, 1e6, 1e7, 1e8, 3e8, 5e9):
         rest = dispatch.at_pressure(*law, P)[1]
         rho = P / c2 + solid / rest
-        got = dispatch.compact_linear(*law, rho, 0.0, start, solid, c2)
+        got = dispatch.compact_linear(*law, rho, 0.0, start, medium)
         assert got == pytest.approx(rest, abs=3e-7)
-        assert dispatch.compact_linear(*law, solid / got, 0.0, got, solid, c2) == got
-        assert dispatch.compact_linear(*law, solid / got + 0.99 * P / c2, 0.0, got, solid, c2) == got
+        assert dispatch.compact_linear(*law, solid / got, 0.0, got, medium) == got
+        assert dispatch.compact_linear(*law, solid / got + 0.99 * P / c2, 0.0, got, medium) == got
         closed += rest < start
     assert closed >= 2

@@ -128,7 +128,14 @@ def test_keys_that_a_case_may_set_are_few():
     assert sum(len(keys.keys(table)) for table in keys.tables()) <= 233
 
 
-def test_few_functions_are_long(ours):
+@pytest.mark.parametrize("room", house.ROOMS)
+def test_few_floors(ours, room):
+    """A room reads from the ground up like a table of contents."""
+    assert len(house.floors(ours, room)) <= 10
+
+
+def test_few_functions_are_long_or_have_many_parameters(ours):
+    assert house.arguments(ours) == []
     assert len(house.long_functions(ours, house.VERY_LONG)) <= 6
     assert len(house.long_functions(ours, house.LONG)) <= 16
 
