@@ -129,14 +129,26 @@ def fits(given: Mapping[str, Any]) -> dict[str, float]:
     return found
 
 
-def samples(given: Mapping[str, Any]) -> Samples:
-    """The factors, and what follows from them, before any observation."""
-    fit, body, count = fits(given), given["body"], given["prior_samples"]
+def factors(given: Mapping[str, Any], fit: Mapping[str, float]) -> Samples:
+    """The factors by name; one of their values may be what was fitted."""
+    count = given["prior_samples"]
     raw = uniforms(given["seed"], count * len(given["factor"])).reshape(len(given["factor"]), count)
     f = {}
     for one, u in zip(given["factor"], raw):
         values = [fit[one["name"]] if value == "fit" else value for value in one["values"]]
         f[one["name"]] = valued(one["law"], values, u, one.get("within"))
+    return f
+
+
+def samples(given: Mapping[str, Any]) -> Samples:
+    """The factors, and what follows from them, before any observation; by the ``members`` of an ensemble where the
+    inputs name a table of them."""
+    if "members" in given:
+        from studies import hera_ensemble
+
+        return hera_ensemble.samples(given, FOLDER / given["members"])
+    fit, body = fits(given), given["body"]
+    f = factors(given, fit)
     rho, volume = f["density"], f["volume"]
     rough = np.tan(np.radians(f["friction"])) / math.tan(math.radians(31.0))
     pull = G * rho * volume ** (1.0 / 3.0) * (4.0 * math.pi / 3.0) ** (2.0 / 3.0)  # g = G M / R^2 of the ball
@@ -170,13 +182,22 @@ def samples(given: Mapping[str, Any]) -> Samples:
         "resurfaced": np.minimum(surface, 1.0),
     }  # fmt: skip
     made["dv_track"] = fit["momentum"] * fit["cosine_track"] * track / mass
-    change = elongation(a_b, a_c, volume, body) - elongation(f["a_over_b_before"], f["a_over_c_before"], volume, body)
-    period = 2.0 * change * f["reshaping"] * 3600.0 * body["period_h"]
-    made["dv_observable"] = made["dv_track"] / (1.0 - f["reshaping_counts"] * period / 1995.0)
-    aside = np.where(f["boulders"] > 0.5, f["boulder_momentum"] * f["out_of_plane"], f["lateral_runs"])
-    made["plane_turned"] = np.degrees(np.arctan(aside * fit["momentum"] / (mass * body["orbital_speed_m_s"])))
+    made |= followed(made, f, fit["momentum"], body)
     made["class"], made["excited"] = classed(wide, volume, f, body), f["excited"]
     return made
+
+
+def followed(made: Samples, f: Samples, momentum: float, body: Mapping[str, Any]) -> Samples:
+    """The change of speed as the period shows it, with its part by the change of shape; and the turn of the orbit."""
+    volume = f["volume"]
+    change = elongation(made["a_over_b"], made["a_over_c"], volume, body)
+    change = change - elongation(f["a_over_b_before"], f["a_over_c_before"], volume, body)
+    period = 2.0 * change * f["reshaping"] * 3600.0 * body["period_h"]
+    aside = np.where(f["boulders"] > 0.5, f["boulder_momentum"] * f["out_of_plane"], f["lateral_runs"])
+    return {
+        "dv_observable": made["dv_track"] / (1.0 - f["reshaping_counts"] * period / 1995.0),
+        "plane_turned": np.degrees(np.arctan(aside * momentum / (made["mass"] * body["orbital_speed_m_s"]))),
+    }
 
 
 def elongation(a_b: np.ndarray, a_c: np.ndarray, volume: np.ndarray, body: Mapping[str, Any]) -> np.ndarray:

@@ -40,6 +40,7 @@ class Row(NamedTuple):
     known: bool = False
 
 
+OWN_SEED = "the case's own, one draw a run"
 BODY, SITE, ORBIT = "body", "surface of before, normal of the ellipsoid", "mutual orbit"
 ROWS = (
     Row("mass", "kg", "mass of Dimorphos when Hera arrives", BODY, "scaled from runs",
@@ -119,16 +120,16 @@ def trials(given: Mapping[str, Any]) -> list[tuple[str, str, float, float, float
 
 def text(given: Mapping[str, Any], made: Mapping[str, forecast.Samples], worth: Mapping[str, float]) -> str:
     """The forecast as TOML."""
-    fit, inputs = forecast.fits(given), forecast.FOLDER / f"{given['name']}_inputs.toml"
+    inputs = forecast.FOLDER / f"{given['name']}_inputs.toml"
     out = [
         "# What ESA's Hera should find at Dimorphos after DART, written down before it looked. Never edited: a later",
-        "# version is a new file. Made by python -m studies.hera_forecast from hera_v0_inputs.toml.",
+        f"# version is a new file. Made by python -m studies.hera_forecast from {inputs.name}.",
         "",
         f'name = "{given["name"]}"',
         f"frozen = {given['frozen']}",
         f'model = "{given["model"]}"',
         f'runs_commit = "{given["runs_commit"]}"',
-        'runs_seed = "the case\'s own, one draw a run"',
+        f"runs_seed = {json.dumps(given.get('runs_seed', OWN_SEED))}",
         f'inputs_sha256 = "{hashlib.sha256(inputs.read_bytes()).hexdigest()}"',
         f"seed = {given['seed']}",
         f"prior_samples = {given['prior_samples']}",
@@ -169,18 +170,13 @@ def text(given: Mapping[str, Any], made: Mapping[str, forecast.Samples], worth: 
         "[independent_samples]",
         *(f"{column} = {round(worth[column])}" for column in forecast.COLUMNS),
         "",
-        "# powers and constants fitted to the runs of hera_v0_inputs.toml",
-        "[fits]",
-        *(f"{name} = {number(value)}" for name, value in fit.items()),
-        "",
-        "# the runs, as they stand in hera_v0_inputs.toml with their commands; value, error of counting",
+        *(_ensemble(given) if "members" in given else _few_runs(given)),
     ]
-    for run in given["run"] + given["run_2400"]:
-        out += ["", "[[run]]", *(f"{name} = {json.dumps(value)}" for name, value in run.items())]
+    why = given.get("derivation", {})
     for row in ROWS:
         about: dict[str, Any] = {
             "name": row.name, "unit": row.unit, "definition": row.words, "frame": row.frame, "basis": row.basis,
-            "derivation": row.why, "condition_in": conditioned(row),
+            "derivation": why.get(row.name, row.why), "condition_in": conditioned(row),
         }  # fmt: skip
         out += forecast_files.quantity(about, {column: made[column][row.name] for column in forecast.COLUMNS})
     out += ["", "[class]", 'basis = "scaled from runs, with estimates: factors edge and neither"']
@@ -206,6 +202,46 @@ def text(given: Mapping[str, Any], made: Mapping[str, forecast.Samples], worth: 
                 f"forecast = [{number(low)}, {number(middle)}, {number(high)}]", f"observed = {number(value)}",
                 f"pit = {number(pit)}"]  # fmt: skip
     return "\n".join(out) + "\n"
+
+
+def _few_runs(given: Mapping[str, Any]) -> list[str]:
+    """The runs of a forecast that stands on few, and what was fitted to them."""
+    out = [
+        "# powers and constants fitted to the runs of hera_v0_inputs.toml",
+        "[fits]",
+        *(f"{name} = {number(value)}" for name, value in forecast.fits(given).items()),
+        "",
+        "# the runs, as they stand in hera_v0_inputs.toml with their commands; value, error of counting",
+    ]
+    for run in given["run"] + given["run_2400"]:
+        out += ["", "[[run]]", *(f"{name} = {json.dumps(value)}" for name, value in run.items())]
+    return out
+
+
+def _ensemble(given: Mapping[str, Any]) -> list[str]:
+    """The members of a forecast that stands on an ensemble, and how well their processes predict one left out."""
+    from studies import hera_ensemble
+
+    file = forecast.FOLDER / given["members"]
+    found, by = hera_ensemble.fitted(file)
+    counts = {word: found.classes.count(word) for word in sorted(set(found.classes)) if word}
+    out = [
+        "# members of the ensemble that are done, and the classes of those that ran the whole chain",
+        "[ensemble]",
+        f"members_sha256 = {json.dumps(hashlib.sha256(file.read_bytes()).hexdigest())}",
+        f"done = {len(found.x)}",
+        f"whole_chain = {sum(map(bool, found.classes))}",
+        f"failed = {found.failed}",
+        f"classes = {table_of(counts)}",
+        "",
+        "# a Gaussian process each: rms of ln y of a member that the others predict, and how many lie in their 95 %",
+    ]
+    for name, process in by.items():
+        for stage, left in zip(("shock", "chain") if len(process.parts) > 1 else ("chain",), process.left_out):
+            inside = float(np.mean(np.abs(left.z) < 1.96))
+            out += ["", "[[process]]", f'measure = "{name}"', f'part = "{stage}"', f"members = {len(left.truth)}",
+                    f"left_out_rms = {number(left.rms)}", f"left_out_inside_95 = {number(inside)}"]  # fmt: skip
+    return out
 
 
 def arrays(made: Mapping[str, forecast.Samples]) -> dict[str, Any]:

@@ -150,10 +150,14 @@ ROWS = {
         },
     ),
     "D6": Row(
-        "bowls of 12 to 22 m, one size of grains: 18 to 22 m D 3 %, depth 5 %",
+        "bowls of 18 to 26 m, 0.39 m the grains about the crater, two beds each: 18 to 22 m D 3 %, depth 5 %",
         {
-            f"{radius} m": (*QUICK, *sets(f"bed.arc_radius={radius} m", f"bed.count={count}"))
-            for radius, count in ((12, 9_216), (15, 18_000), (18, 31_104), (22, 56_789))
+            f"{radius} m, bed {seed}": (
+                *QUICK,
+                *sets(f"bed.arc_radius={radius} m", f"bed.count={count}", f"bed.seed={seed}"),
+            )
+            for seed in (1, 2)
+            for radius, count in ((18, 17_700), (22, 21_100), (26, 25_700))
         },
     ),
     "D7": Row(

@@ -37,7 +37,7 @@ TABLE = (
     BodyMeasure("spin_axis_turned_deg", "deg", "angle of the axis of rotation with that of before"),
     BodyMeasure("centre_of_mass_moved_m", "m", "way of the centre of mass in the body"),
     BodyMeasure("height_change_rms_m", "m", "change of height along the normal, RMS over the surface", terminal=True),
-    BodyMeasure("height_change_lowest_m", "m", "deepest change of height"),
+    BodyMeasure("height_change_lowest_m", "m", "deepest change of height", terminal=True),
     BodyMeasure("height_change_highest_m", "m", "highest change of height"),
     BodyMeasure("hollow_across_m", "m", "width of the hollow, of the circle of its area", terminal=True),
     BodyMeasure("changed_share", "1", "fraction of the surface whose height changed by more than three errors"),
