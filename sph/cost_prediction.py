@@ -12,7 +12,6 @@ not go by pairs).
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -189,7 +188,7 @@ def expected_flaws(settings: Settings) -> float:
     spacing = settings.zones.spacing(0.5 * (distance[1:] + distance[:-1]))
     each = np.diff(number)
     dealt = grady_kipp.expected_among(spacing**3, each)
-    return dealt if dealt <= seeding.MOST else float(number[-1]) * (math.log(max(number[-1], 2.0)) + 0.6)
+    return dealt if dealt <= seeding.MOST else float(number[-1]) * grady_kipp.KEPT
 
 
 def explain(settings: Settings) -> list[str]:

@@ -49,6 +49,7 @@ ARRAYS: dict[str, tuple[tuple[int, ...], str]] = {
     "layer": ((), "int32"),
     "flaw_first": ((), "int32"),  # indices in flaw_strain
     "flaw_last": ((), "int32"),
+    "flaw_total": ((), "float32"),  # where not all are kept, else 0
 }
 
 FIELDS = (*ARRAYS, "flaw_strain")
@@ -120,6 +121,7 @@ class Cloud:
     layer: np.ndarray
     flaw_first: np.ndarray
     flaw_last: np.ndarray
+    flaw_total: np.ndarray
 
     def __init__(self, count: int):
         for name, (shape, kind) in ARRAYS.items():

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 
-from matter import progress
 from sph.bodies.particle_cloud import Cloud
 from sph.damage import grady_kipp
 from sph.materials.rows import Materials
 
-MOST = 3e8
-"""Flaws of one material that are dealt out one by one: 1.2 GB. A body so graded that it would need more has them by
-the size of its particles."""
+MOST = 3e7
+"""Flaws of one material that are kept one by one: 120 MB. Of a body so graded that it would need more each particle
+keeps the weakest and the strongest."""
 
 
 def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
@@ -33,13 +32,7 @@ def seed_flaws(cloud: Cloud, materials: Materials, seed: int) -> None:
         if grady_kipp.expected(solid[mine]) <= MOST:
             start, strain = grady_kipp.flaws(solid[mine], weibull, rng)
         else:
-            start, strain = grady_kipp.flaws_by_size(solid[mine], weibull, rng)
-            spread = float(solid[mine].max() / solid[mine].min())
-            progress.tell(
-                f"{name}: its particles differ by {spread:.2g} in volume, too much to deal out flaws one by one: each "
-                f"has those of a uniform body of its size, "
-                "and large ones break as in a coarser run"
-            )
+            start, strain, cloud.flaw_total[mine] = grady_kipp.weakest(solid[mine], weibull, rng)
         cloud.flaw_first[mine], cloud.flaw_last[mine] = start[:-1] + offset, start[1:] + offset
         strains.append(strain)
         offset += len(strain)

@@ -17,7 +17,9 @@ from matter.compilation.jit import law
 SOURCES = ("BenzAsphaug1994", "BenzAsphaug1995", "LawnWilshaw1975")
 
 CRACK_SPEED = 0.4  # of the longitudinal wave speed: Lawn & Wilshaw 1975, as used by Benz & Asphaug 1994
-_PIECE = 1 << 16  # flaws handled at a time
+_PIECE = 1 << 16  # flaws, or particles, handled at a time
+KEPT = 32
+"""Flaws of a particle that are kept where not all are."""
 
 
 class Parameters(NamedTuple):
@@ -51,29 +53,6 @@ def expected_among(volumes: np.ndarray, number: np.ndarray) -> float:
     least = float(volumes.min())
     fine = max(float(number[volumes < 1.5 * least].sum()), 1.0)
     return float((volumes * number).sum()) / least * (math.log(fine) + 0.6)
-
-
-def flaws_by_size(
-    volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator
-) -> tuple[np.ndarray, np.ndarray]:
-    """Seed the flaws of a strongly graded body: each particle gets those that it would have in a uniform body of n
-    particles of its size.
-
-    In a uniform body ``flaws`` deals out about n (ln n + 0.6), so that a particle of volume V has a Poisson number of
-    mean ln n + 0.6, at least one, whose strains are those of k V eps^m uniform between 0 and that mean. Particles of
-    equal size come out as with ``flaws``. In a graded body ``flaws`` gives the large ones more flaws, in proportion to
-    their volume, so that their last opens at the same strain as that of the smallest particles. Here large particles
-    are wholly broken at lower strains, eps ~ V^(-1/m), as they are in a coarser run. Arguments and results as for
-    ``flaws``.
-    """
-    mean = math.log(max(len(volumes), 2)) + 0.6
-    count = np.maximum(rng.poisson(mean, len(volumes)), 1)
-    start = np.concatenate([[0], np.cumsum(count)])
-    owner = np.repeat(np.arange(len(volumes)), count)
-    opens = mean * (1.0 - rng.random(len(owner)))  # k V eps^m, never 0
-    opens = opens[np.lexsort((opens, owner))]
-    strains = np.exp((np.log(opens) - math.log(parameters.k) - np.log(volumes[owner])) / parameters.m)
-    return start, strains.astype(np.float32)
 
 
 def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
@@ -119,3 +98,59 @@ def flaws(volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator)
         j = order[at : at + _PIECE] + 1
         strains[at : at + _PIECE] = np.exp((np.log(j) - math.log(parameters.k) - math.log(total)) / parameters.m)
     return start, strains
+
+
+def weakest(
+    volumes: np.ndarray, parameters: Parameters, rng: np.random.Generator
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The flaws that ``flaws`` deals out, of a body so graded that large particles would get tens of thousands: of
+    each particle the ``KEPT`` - 1 weakest, the strongest, and how many there are.
+
+    With x = k eps^m, the flaws of a particle of volume V_i are a Poisson process of the rate V_i in x, which ends for
+    all at the x at which the last particle gets its first,
+
+        x_end = max_i E_i / V_i,    E_i exponential,    n_i = 1 + Poisson(V_i x_end - E_i)
+
+    and so the weakest are sums of exponential numbers over V_i.
+
+    Returns
+    -------
+    start : (n + 1,) int64, the flaws of particle i that are kept are ``strains[start[i]:start[i + 1]]``
+    strains : float32, ascending for each particle
+    total : (n,) float32, all its flaws
+    """
+    first = rng.exponential(size=len(volumes))
+    end = float((first / volumes).max()) * volumes
+    kept, totals = [], []
+    for at in range(0, len(volumes), _PIECE):
+        mine = slice(at, at + _PIECE)
+        g = np.empty((len(volumes[mine]), KEPT))
+        g[:, 0], g[:, 1:] = first[mine], rng.exponential(size=(len(g), KEPT - 1))
+        np.cumsum(g[:, : KEPT - 1], axis=1, out=g[:, : KEPT - 1])
+        last, most = g[:, KEPT - 2], end[mine]
+        more = np.where(last < most, rng.poisson(np.maximum(most - last, 0.0)), 0)
+        # the largest of so many between the last of the weakest and the end
+        g[:, KEPT - 1] = last + (most - last) * rng.random(len(g)) ** (1.0 / np.maximum(more, 1))
+        there = g <= most[:, None] * (1.0 + 1e-12)
+        there[:, KEPT - 1] = more > 0
+        totals.append(there[:, : KEPT - 1].sum(axis=1) + more)
+        x = np.log(g) - np.log(volumes[mine])[:, None] - math.log(parameters.k)
+        kept.append((there.sum(axis=1), np.exp(x / parameters.m).astype(np.float32)[there]))
+    count = np.concatenate([number for number, _ in kept])
+    start = np.concatenate([[0], np.cumsum(count)])
+    return start, np.concatenate([strains for _, strains in kept]), np.concatenate(totals).astype(np.float32)
+
+
+@law
+def active(flaw_strain, first, last, total, strain):
+    """How many of ``total`` flaws are open at ``strain``, of which ``flaw_strain[first:last]`` are kept: where others
+    lie between the last two of these, their number rises as a power of the strain from the one to the other."""
+    opened, held = 0, last - first
+    while opened < held and flaw_strain[first + opened] < strain:
+        opened += 1
+    if opened == held:
+        return float(total)
+    if opened == held - 1 and total > held:
+        weak, strong = flaw_strain[last - 2], flaw_strain[last - 1]
+        return opened * (strain / weak) ** (math.log(total / opened) / math.log(strong / weak))
+    return float(opened)

@@ -155,13 +155,12 @@ def _shaken(limit, v_vib, rate, law, rows, m, bearing, rho, heat, D):
 def _crack_growth(i, strain, D, slow, cloud, rows):
     """Cap of D^(1/3) and its rate [1/s] for a particle in which the largest principal strain is ``strain``."""
     m, first, last, flaw_strain = cloud.material[i], cloud.flaw_first[i], cloud.flaw_last[i], cloud.flaw_strain
-    active = 0
-    while first + active < last and flaw_strain[first + active] < strain:
-        active += 1
-    if active == 0:
+    number = max(float(cloud.flaw_total[i]), float(last - first))
+    opens = grady_kipp.active(flaw_strain, first, last, number, strain)
+    if opens == 0.0:
         return 0.0, 0.0
     kind, mass, rho = rows.growth[m], cloud.mass[i], cloud.density[i]
-    opened, total = growth.counted(kind, active, last - first, strain, flaw_strain[first], flaw_strain[last - 1])
+    opened, total = growth.counted(kind, opens, number, strain, flaw_strain[first], flaw_strain[last - 1])
     cap = growth.cap(kind, opened, total)
     if cloud.root_damage[i] >= cap:
         return cap, 0.0

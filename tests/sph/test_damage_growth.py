@@ -57,28 +57,40 @@ def test_cracks_slow_down_in_damaged_rock():
     assert whole == pytest.approx(1837.3, abs=0.1) and broken == pytest.approx(0.4 * (26.7e9 / 2700) ** 0.5)
 
 
-def test_flaws_by_size_in_a_graded_body():
-    """k V eps^m of the weakest flaw is exponential, whatever the volume; as many flaws in large particles as in small
-    ones, in order, none beyond the mean."""
-    rng = np.random.default_rng(5)
-    volumes = np.exp(rng.uniform(0.0, np.log(1e7), 9000))
-    weibull = grady_kipp.Parameters(k=3e20, m=9.5)
-    start, strains = grady_kipp.flaws_by_size(volumes, weibull, rng)
-    count = np.diff(start)
-    assert count.min() >= 1 and count.mean() == pytest.approx(np.log(9000) + 0.6, rel=0.02)
-    assert abs(np.corrcoef(count, np.log(volumes))[0, 1]) < 0.05
-    assert all(np.all(np.diff(strains[a:b]) >= 0.0) for a, b in itertools.pairwise(start))
-    opens = weibull.k * np.repeat(volumes, count) * strains.astype(float) ** weibull.m
-    assert 0.0 < opens.min() and opens.max() < (np.log(9000) + 0.6) * (1.0 + 1e-4)
-    for some in (volumes < 1e3, volumes > 1e4):
-        assert stats.kstest(opens[start[:-1]][some], "expon").pvalue > 1e-3
+def test_the_weakest_flaws_are_those_dealt_out():
+    """One size: as many flaws in all, the weakest and the strongest of a particle as strong. Of particles of 300 times
+    the volume: as many, 31 weakest and the strongest of which are kept."""
+    weibull = grady_kipp.Parameters(k=1e22, m=8.0)
+    for volumes in (np.full(4000, 2.0), np.concatenate([np.full(60, 600.0), np.full(4000, 2.0)])):
+        rng = np.random.default_rng(1)
+        dealt, one = grady_kipp.flaws(volumes, weibull, rng)
+        start, two, total = grady_kipp.weakest(volumes, weibull, rng)
+        large = volumes == volumes.max()
+        # where the last particle gets its first is one random number of all, of spread 1.28 in ln n + 0.6
+        assert total[large].mean() == pytest.approx(np.diff(dealt)[large].mean(), rel=0.3)
+        assert stats.ks_2samp(one[dealt[:-1]][large], two[start[:-1]][large]).pvalue > 1e-3
+        assert np.median(two[start[1:] - 1]) == pytest.approx(np.median(one[dealt[1:] - 1]), rel=0.05)
+        held = np.diff(start)
+        assert (
+            held.max() <= grady_kipp.KEPT and np.all(held <= total) and np.all(held[total < 32] == total[total < 32])
+        )
+        assert all(np.all(np.diff(two[a:b]) >= 0.0) for a, b in itertools.pairwise(start))
 
 
-def test_flaws_by_size_are_those_dealt_out_where_all_are_of_one_size():
-    """As many flaws in all, the weakest and the strongest of a particle as strong."""
-    volumes, weibull = np.full(4000, 2.0), grady_kipp.Parameters(k=1e22, m=8.0)
-    dealt, one = grady_kipp.flaws(volumes, weibull, np.random.default_rng(1))
-    start, two = grady_kipp.flaws_by_size(volumes, weibull, np.random.default_rng(2))
-    assert len(two) == pytest.approx(len(one), rel=0.2)
-    assert stats.ks_2samp(one[dealt[:-1]], two[start[:-1]]).pvalue > 1e-3
-    assert np.median(two[start[1:] - 1]) == pytest.approx(np.median(one[dealt[1:] - 1]), rel=0.02)
+def test_flaws_between_those_kept_open_as_those_dealt_out_do():
+    """Of 60 large particles, at strains from the weakest to the strongest flaw of all."""
+    volumes, weibull = np.concatenate([np.full(60, 600.0), np.full(4000, 2.0)]), grady_kipp.Parameters(k=1e22, m=8.0)
+    start, strains, total = grady_kipp.weakest(volumes, weibull, np.random.default_rng(4))
+    for strain in np.geomspace(strains.min(), strains.max(), 12)[1:-1]:
+        found = [grady_kipp.active(strains, start[i], start[i + 1], total[i], strain) for i in range(60)]
+        law = weibull.k * 600.0 * strain**weibull.m
+        # the mean of 60 Poisson numbers, and no flaw beyond the last
+        assert np.mean(found) == pytest.approx(min(law, total[:60].mean()), abs=4.0 * np.sqrt(law / 60.0) + 0.03 * law)
+    assert grady_kipp.active(strains, start[0], start[1], total[0], 1.0) == total[0]
+    assert grady_kipp.active(strains, start[0], start[1], total[0], 0.5 * strains[start[0]]) == 0.0
+    small = 4059  # all of whose flaws are kept
+    own = strains[start[small] : start[small + 1]]
+    assert len(own) == total[small]
+    assert [grady_kipp.active(strains, start[small], start[small + 1], total[small], eps) for eps in own] == [
+        float(k) for k in range(len(own))
+    ]
