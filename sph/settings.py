@@ -128,7 +128,7 @@ class Settings(_Keys):
     """Lower boundary condition of flat ground, as ``sides``; a half-sphere has sides only."""
     late: late_stage.Settings | None = None
     """``[sph.late]``: a late stage with a low bulk modulus, for long times at small scale (``sph.stepping.late``). By
-    default the one that fits the expected crater, if its weight ends it (``sph.planning.late_speeds``)."""
+    default the one that fits the expected crater, if it grows after the shock (``sph.planning.late_speeds``)."""
     symmetry: symmetries.Symmetry = "none"
     """``half``: only y > 0 is computed, beside a mirror; ``quarter``: x > 0 and y > 0, of an impact straight down.
     What is left is the whole. Refused where the impact breaks the body: fragments and cracks would be mirrored too."""

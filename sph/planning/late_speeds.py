@@ -1,5 +1,5 @@
 """When the shock stage of a case that does not say it lowers its sound speed, and to what: the ``[sph.late]`` of a
-crater that its weight ends (``sph.stepping.late`` is what a late stage does).
+crater that grows after the shock has left (``sph.stepping.late`` is what a late stage does).
 
 After the shock has left, the flow about a crater slows down while its time step stays that of sound. A point source
 opens a crater as R(t) = R_T (t / T)^(mu / (1 + mu)), mu = 0.5 (``matter.case.formation_time``), so its edge moves at
@@ -13,11 +13,17 @@ together strains it by rho g D / (rho c^2) and Y / (rho c^2). So
     first at  t_1 = D / c_0, when a wave at the bulk sound speed c_0 of the rock has crossed the diameter, or where
               c(t) has fallen below c_0 / 2, whichever is later; the viscosity of the shock goes at t_1
 
-and then by LOWER each time, which v takes a time LOWER^(-3/2) longer to do. Steps of the whole flow are then some
-MACH R_T / (courant spacing), whatever the gravity: 43 million become some thousands on an asteroid.
+and then by LOWER each time, which v takes a time LOWER^(-3/2) longer to do. Steps of the whole flow are then some MACH
+R_T / (courant spacing), whatever the gravity: 43 million become some thousands on an asteroid.
 
-No late stage: ground without weight; a crater that strength holds, where waves break the rock; a first switch later
-than an eighth of the run, which would save little.
+A slow projectile that stays whole, rho U^2 below its own strength, ploughs on: v is not less than its speed, which the
+drag rho C_d pi a^2 U^2 / 2 lowers as
+
+    U / (1 + t / tau),     tau = 8 rho_p a / (3 C_d rho U),     C_d = 1
+
+No late stage: ground without weight and strength; a crater that strength holds in rock or metal, where waves break and
+bend what does not flow; a first switch later than an eighth of the run, which would save little. A crater in loose
+ground without flaws flows until its cohesion ends it, as one that its weight ends.
 """
 
 from __future__ import annotations
@@ -38,6 +44,8 @@ SOFTEST_START = 0.5
 """Largest first sound speed over that of the rock."""
 LATEST = 0.125
 """Latest first switch over the length of the run."""
+DRAG = 1.0
+"""Drag coefficient of a ball in grains."""
 LOWER = 0.5**0.5
 """Sound speed after a switch over that before; two switches for every half."""
 
@@ -48,6 +56,16 @@ def flow_speed(time: float, radius: float, formation: float) -> float:
     return exponent * radius / formation * (time / formation) ** (exponent - 1.0)
 
 
+def braking_time(impact: Impact, materials: Materials, ground: ground_strength.Ground, strength: bool) -> float:
+    """tau [s] of a projectile that stays whole, whose speed falls as U / (1 + t / tau); 0 for one that becomes part of
+    the flow."""
+    ball = impact.projectile
+    solid = ground_strength.ground(materials, ball.material, ball.radius, strength)
+    if ground.density * impact.speed**2 >= solid.strength:
+        return 0.0
+    return 8.0 / 3.0 * solid.density / ground.density * ball.radius / (DRAG * impact.speed)
+
+
 def late_stage(
     target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool, end: float
 ) -> dict[str, Any] | None:
@@ -56,19 +74,30 @@ def late_stage(
     diameter, gravity = impact.expected_transient_diameter, durations.surface_gravity(target, materials)
     ground = ground_strength.ground(materials, target.layers[-1].material, diameter, strength, damage)
     weight, holds = gravity * diameter, ground.strength / ground.density
-    if gravity <= 0.0 or ground.sound <= 0.0 or holds >= ground_strength.HOLDS * weight:
+    strains, top = max(weight, holds), target.layers[-1].material
+    flawed = damage and bool(materials.rows.flawed[materials.index(top)]) and not materials.predamaged(top)
+    flows = holds < ground_strength.HOLDS * weight or (ground.kind == "sand" and not flawed)
+    if ground.sound <= 0.0 or strains <= 0.0 or not flows:
         return None
     formation = durations.crater_time(target, impact, materials, strength, damage)
-    slowest = math.sqrt(STRAIN * max(weight, holds))
+    slowest = math.sqrt(STRAIN * strains)
     first = SOFTEST_START * ground.sound
-    later = 1.0 / (1.0 - formation_time.GROWTH)  # v ~ t^-(1 - exponent): a speed lower by q takes q^later as long
     left = CROSSED * diameter / ground.sound
-    when = max(left, formation * (MACH * flow_speed(formation, 0.5 * diameter, formation) / first) ** later)
-    speed = max(MACH * flow_speed(when, 0.5 * diameter, formation), slowest)
-    if speed > first or when > LATEST * end:
+    brakes = braking_time(impact, materials, ground, strength)
+
+    def time_of(flow: float) -> float:
+        """When crater and projectile have come down to a speed of ``flow`` [m/s]."""
+        later = 1.0 / (1.0 - formation_time.GROWTH)  # v ~ t^-(1 - exponent): lower by q takes q^later as long
+        edge = formation * (flow_speed(formation, 0.5 * diameter, formation) / flow) ** later
+        return max(edge, brakes * (impact.speed / flow - 1.0))
+
+    when = max(left, time_of(first / MACH))
+    fastest = max(flow_speed(when, 0.5 * diameter, formation), impact.speed * brakes / (brakes + when))
+    speed = max(MACH * fastest, slowest)
+    if speed > first * (1.0 + 1e-9) or when > LATEST * end:
         return None
     switches = [(when, speed)]
-    while LOWER * speed >= slowest and durations.rounded(when := LOWER**-later * when) < end:
+    while LOWER * speed >= slowest and durations.rounded(when := time_of(LOWER * speed / MACH)) < end:
         switches.append((when, speed := LOWER * speed))
     viscosity_at = durations.rounded(left)
     (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]

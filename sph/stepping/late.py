@@ -78,7 +78,7 @@ BETA = 10.0
 
 class Settings(Model):
     """The late stage with a low bulk modulus, ``[sph.late]``. A case that gives neither this table nor its end has the
-    one that follows from its expected crater, where weight ends it (``sph.planning.late_speeds``)."""
+    one that follows from its expected crater, where it grows after the shock (``sph.planning.late_speeds``)."""
 
     at: PositiveTime
     """Time after the impact at which the sound speed is lowered."""

@@ -188,6 +188,49 @@ def test_no_late_stage_without_weight_or_time_or_where_the_weight_is_stiff():
     assert late(1e5, 400.0) is None
 
 
+@pytest.mark.parametrize("ground", ["loose", "flawed", "hard"])
+def test_a_crater_that_cohesion_ends_has_it_in_loose_ground_alone(ground):
+    """1.4 kPa in a shot of 12 cm: of the steps at the speed of sound, half a million, a thousand are left. Rock with
+    flaws breaks by waves, whole rock bends by them."""
+    made = {
+        "loose": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.7}, strength="drucker_prager", damage="none"),
+        "flawed": Choice(porosity="p_alpha", p_alpha={"alpha0": 1.7}, strength="drucker_prager"),
+        "hard": Choice(strength="drucker_prager", damage="none"),
+    }[ground]
+    choice = made.model_copy(update={"drucker_prager": {"cohesion": "1.4 kPa"}})
+    ball = {"material": "copper", "radius": 0.003}
+    hit = {"speed": 1.5e3, "angle_from_vertical": 0.0, "projectile": ball, "expected_transient_diameter": 0.12}
+    layer = {"name": "ground", "material": "basalt", "thickness": 1.0}
+    target = Target.model_validate({"shape": "half_space", "gravity": 9.81, "layers": [layer]})
+    materials = collect(("basalt", "copper"), {"basalt": choice})
+    found = late_speeds.late_stage(target, Impact.model_validate(hit), materials, True, True, 0.03)
+    assert (found is not None) == (ground == "loose")
+    if found:
+        speeds = [one["sound_speed"] for one in found["slower"]]
+        assert speeds == sorted(speeds, reverse=True) and speeds[-1] < 0.02 * found["sound_speed"]
+        assert speeds[-1] ** 2 > 20.0 * 1.4e3 / (2700.0 / 1.7)  # a twentieth of strain by what holds it
+
+
+def test_a_slow_projectile_that_stays_whole_is_followed_too():
+    """Twenty times the speed to which drag has slowed an iron ball of 100 m/s; at 1.5 km/s the ball becomes flow."""
+    layer = {"name": "ground", "material": "regolith", "thickness": 4.0}
+    target = Target.model_validate({"shape": "half_space", "gravity": 9.81, "layers": [layer]})
+    materials = collect(("regolith", "iron"), {})
+    ball = {"material": "iron", "radius": 0.05}
+    hit = {"angle_from_vertical": 0.0, "projectile": ball, "expected_transient_diameter": 0.8}
+    slow, fast = (Impact.model_validate({**hit, "speed": speed}) for speed in (100.0, 1500.0))
+    ground = ground_strength.ground(materials, "regolith", 0.8)
+    brakes = late_speeds.braking_time(slow, materials, ground, True)
+    density = float(materials.bulk_density[materials.index("iron")])
+    deceleration = 0.5 * ground.density * math.pi * 0.05**2 * 100.0**2 / (density * 4.0 / 3.0 * math.pi * 0.05**3)
+    assert 100.0 / brakes == pytest.approx(deceleration)
+    assert late_speeds.braking_time(fast, materials, ground, True) == 0.0
+    found = late_speeds.late_stage(target, slow, materials, True, True, 0.31)
+    for one in found["slower"]:
+        speed = 100.0 / (1.0 + one["at"] / brakes)
+        assert one["sound_speed"] >= 0.93 * 20.0 * speed
+
+
 def test_a_case_has_it_whether_or_not_it_gives_its_end():
     given = {"target": flat(), "impact": IMPACT, "particles": 8000}
     follows = stage.Settings.model_validate(given)
