@@ -8,9 +8,9 @@ measure too,
     ln y(x) = S(x) + R(x),     S: ln y after the shock stage, of all members;  R: ln (y at the end / y after the shock
                                stage), of those that ran the whole chain
 
-and of the whole chain alone where it has not. Particles and grains were drawn anew for each member and the handoff has
-times of its own, so their scatter is the nugget, and a sample takes its place in it at random. What no member holds
-stands as a factor (spacecraft, blocks, finer size, second hour, shape of before) with its reason in
+and of the whole chain alone otherwise. Each member has its own draw of particles and grains and its own time of the
+handoff. Their scatter is the nugget of the process, and every sample gets a random deviation from it. What no member
+varies stands as a factor (spacecraft, blocks, finer size, second hour, shape of before) with its reason in
 ``<name>_inputs.toml``:
 
     beta_n - 1 = y f_spacecraft f_blocks f_numerics,      M dv . t = p c_t (1 + kappa (beta_n - 1))
@@ -44,7 +44,7 @@ Row = Mapping[str, str]
 
 
 class Process(NamedTuple):
-    """A measure of the members: ``shock`` and ``chain`` (S and R, or only one of them)."""
+    """A measure of the members; ``parts``: S and R, or the process of the whole chain alone."""
 
     name: str
     parts: tuple[Emulator, ...]

@@ -267,9 +267,9 @@ def _evaluate(cloud, rows, physics, out, pores, late, plastic, rate, vibration):
     """One evaluation of every particle; compiled without pores, plastic strain, rate of strain or vibration where
     these are None.
 
-    In: ``sph.bodies.particle_cloud.Fields``, ``sph.materials.Rows``, ``Physics``, ``Late``, the rates of strain (n, 6)
-    and the speeds of vibration (n,) where friction goes by them. Out: ``Response`` and ``Pores``, and in place the
-    cloud's stress (yielded), distention (compacted) and plastic strain.
+    In: ``sph.bodies.particle_cloud.Fields``, ``sph.materials.Rows``, ``Physics``, ``Late``, and, where the friction
+    depends on them, the rates of strain (n, 6) and the speeds of vibration (n,). Out: ``Response`` and ``Pores``. The
+    stress (yielded), distention (compacted) and plastic strain of the cloud change in place.
     """
     n = len(cloud.mass)
     # numba drops what such a loop itself writes to arrays inside a tuple, not what it calls
