@@ -237,11 +237,12 @@ class Findings:
 
 def densities(settings: Settings, inputs: Path, first: Path | None) -> tuple[float, float]:
     """Densities of projectile and ground [kg/m^3] as the shock stage began with them (pores, changed materials); of
-    their materials where it left none."""
+    their materials where it left none, and where the crater lies below the uppermost layer."""
     ball = at_rest.of_file(settings.impact.projectile.material).bulk
-    ground = at_rest.of_file(settings.target.layers[-1].material).bulk
+    layer = settings.target.layer_of(settings.impact.expected_transient_diameter)
+    ground = at_rest.of_file(layer.material).bulk
     path = inputs / "2_sph" / "target.json"
-    if path.is_file():
+    if path.is_file() and layer is settings.target.layers[-1]:
         facts = archive.read_json(path)
         if facts.get("frame") == "solid":  # one density everywhere, and no profile
             ground = float(facts["mass_kg"]) / float(facts["volume_m3"])

@@ -27,6 +27,8 @@ FLAT = ("half_space", "half_sphere", "block")
 SITE = ("latitude", "longitude", "azimuth", "arrival", "spin_period", "companion")
 LIGHT = 299_792_458.0
 """Speed of light [m/s]."""
+MIDDLE = (1.0 - 0.5**0.5) / 3.0
+"""Depth above which half of a crater's volume lies, over its diameter: of a paraboloid a third as deep as wide."""
 
 
 class Layer(Model):
@@ -235,6 +237,16 @@ class Target(Model):
         """Radius of the body (of an ellipsoid or mesh: of the ball of its volume), in flat ground its depth [m],
         before relaxation."""
         return self.outer_radii[-1]
+
+    def layer_of(self, diameter: float) -> Layer:
+        """The layer in which the middle of a crater of ``diameter`` [m] lies (``MIDDLE``): its scaling laws, strength
+        and times are taken for the whole crater."""
+        below = MIDDLE * diameter
+        for layer in reversed(self.layers):
+            below -= layer.thickness
+            if below < 0.0:
+                return layer
+        return self.layers[0]
 
     @property
     def materials(self) -> tuple[str, ...]:

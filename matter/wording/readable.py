@@ -10,7 +10,7 @@ import re
 def length_unit(metres: float) -> tuple[float, str]:
     """Factor and unit for lengths of about this size [m]: pictures and tables with one unit for many values."""
     size = abs(metres)
-    return (1e-3, "km") if size >= 2e3 else (1.0, "m") if size >= 0.2 else (1e3, "mm")
+    return (1e-3, "km") if size >= 2e3 else (1.0, "m") if size >= 0.2 else (1e3, "mm") if size >= 1e-4 else (1e6, "um")
 
 
 def time_unit(seconds: float) -> tuple[float, str]:
@@ -24,6 +24,10 @@ def time_unit(seconds: float) -> tuple[float, str]:
         else (1e3, "ms")
         if size >= 2e-4
         else (1e6, "us")
+        if size >= 2e-7
+        else (1e9, "ns")
+        if size >= 2e-10
+        else (1e12, "ps")
     )
 
 
@@ -44,7 +48,7 @@ def pressure_unit(pascals: float) -> tuple[float, str]:
 def length(metres: float) -> str:
     """A length [m] as text: ``'612 km'``, ``'14.5 m'``, ``'3.4 mm'``."""
     size = abs(metres)
-    factor, unit = (1e-3, "km") if size >= 1e3 else (1.0, "m") if size >= 0.1 or size == 0.0 else (1e3, "mm")
+    factor, unit = (1e-3, "km") if size >= 1e3 else (1.0, "m") if size >= 0.1 or size == 0.0 else length_unit(size)
     value = metres * factor
     return f"{value:.3g} {unit}" if abs(value) < 999.5 else f"{value:.0f} {unit}"
 

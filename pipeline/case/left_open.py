@@ -4,8 +4,9 @@ expected crater, kind of ground.
     [case] title      the case's name
     [case] stages     nbody where the case has its table; sph; bed, handoff, dem where
                       the case has one of their tables, or where there is weight and strength does not hold the crater
-                      (loose grains would let it slump); crater. On an ellipsoid or mesh: sph, crater, and of the
-                      others those whose table the case has
+                      (loose grains would let it slump), in no liquid and no body that breaks as a whole; crater, but
+                      of a body that breaks. On an ellipsoid or mesh: sph, crater, and of the others those whose table
+                      the case has
     [[target.layers]] name: its material; thickness of the lowest of flat ground: down to 2.2 expected diameters,
                       which is also its half width unless given
     [impact]          expected_transient_diameter by scaling laws (``pipeline.case.expected_crater``)
@@ -158,8 +159,16 @@ def _chain(document: dict[str, Any], crater: Any) -> tuple[str, ...]:
         wanted.add("nbody")
     if solid:
         wanted.update(stage for stage in _GRAINS if stage in document)
-    elif any(stage in document for stage in _GRAINS) or (
-        crater is not None and crater.gravity > 0.0 and not crater.held
-    ):
+    elif any(stage in document for stage in _GRAINS) or (crater is not None and _collapses(crater)):
         wanted.update(_GRAINS)
+    elif crater is not None and crater.breaks:
+        wanted.discard("crater")
     return tuple(stage for stage in stages.ORDER if stage in wanted)
+
+
+def _collapses(crater: Any) -> bool:
+    """Whether loose grains end the crater: weight acts and strength does not hold it; a cavity in water closes by
+    waves, which grains do not make, and a body that breaks has none."""
+    from dem.contact.settings import LIQUIDS
+
+    return crater.gravity > 0.0 and not (crater.held or crater.breaks or crater.material in LIQUIDS)

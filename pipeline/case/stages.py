@@ -108,6 +108,13 @@ _MEANT = {
     "resolution": (("spacing_at_impact", ""),),
     "duration": (("end_time", ""),),
     "composition": (("material", ""),),
+    "density": (("material", "which has one; a case changes it in [sph.materials]"), ("layers", "by their material")),
+    "mass": (("radius", "with the density of the material"),),
+    "depth": (("thickness", ""),),
+    "radius": (
+        ("thickness", "from the bottom of the layer to its top; those of all layers add up to the radius of a body"),
+        ("layers", "the thicknesses of all layers add up to the radius"),
+    ),
 }
 
 

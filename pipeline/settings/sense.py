@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from crater.results import soundness
+from dem.contact.settings import LIQUIDS
 from dem.trials import angle_of_friction
 from matter.case import at_rest, formation_time, quantity
 from matter.case.body import Model
@@ -57,6 +58,7 @@ def judged(
     return errors, [
         *_unlikely(sph),
         *_broken(sph),
+        *_without_strength(sph),
         *_coarse(sph),
         *_sinking(sph),
         *_regime(settings, sph, stages),
@@ -160,16 +162,9 @@ def _does_not_fit(settings: Mapping[str, Model], sph: Any, outside: Mapping[str,
 
 def _mirrored(sph: Any) -> Iterator[Complaint]:
     """Fragments of a body that breaks are no mirror images of each other."""
-    from sph.outcome import disruption
-
-    target, impact = sph.target, sph.impact
-    if sph.symmetry == "none" or target.flat or not sph.strength:
+    if sph.symmetry == "none" or sph.target.flat or not sph.strength:
         return
-    materials = sph.chosen_materials()
-    whole = at_rest.surface_gravity(target, materials.at_rest) * target.radius**2 / G
-    ball = float(materials.bulk_density[materials.index(impact.projectile.material)]) * impact.projectile.volume
-    kind = "ice" if target.layers[-1].material.startswith("ice") else "rock"
-    energy_ratio = disruption.energy_ratio(ball, impact.speed, whole, target.radius, kind)
+    energy_ratio = _disruption(sph)
     if energy_ratio > DISRUPTS:
         yield Complaint(
             ("sph", "symmetry"),
@@ -295,6 +290,17 @@ def _sinking(sph: Any) -> Iterator[str]:
         )
 
 
+def _without_strength(sph: Any) -> Iterator[str]:
+    """Solid layers whose material says nothing of its strength."""
+    rows, materials = sph.chosen_materials().rows, sph.chosen_materials()
+    for name in sph.target.materials if sph.strength else ():
+        if name not in LIQUIDS and rows.shear[materials.index(name)] == 0.0:
+            yield (
+                f"{name} bears no shear and flows like a liquid: nothing is known of its strength here; give "
+                f"[sph.materials.{name}] strength, its table, and elastic"
+            )
+
+
 def _cohesion_once(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
     """Cohesion of the loose ground in one stage alone: the other would flow where this one holds."""
     dem: Any = settings.get("dem")
@@ -336,7 +342,7 @@ def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) ->
     expected = crater(sph)
     if expected.held and "dem" in stages:
         yield "strength holds this crater, and the case asks for a collapse of loose grains: they will let it slump"
-    materials, ground = sph.chosen_materials(), sph.target.layers[-1].material
+    materials, ground = sph.chosen_materials(), expected.material
     i, rows = materials.index(ground), materials.rows
     rock = strengths.FAMILY.having("RUBS")[rows.strength[i]]  # metals are as strong at any size
     if expected.held and expected.ground.strength > 0.0 and rock and not (sph.damage and rows.flawed[i] > 0.0):
@@ -360,17 +366,20 @@ def in_words(settings: Mapping[str, Model]) -> str:
     if not hasattr(sph, "zones"):
         return ""
     expected = crater(sph)
+    if broken := _breaks(sph):
+        return broken
     weight, strength = expected.weight, expected.ground.strength
     kind = getattr(settings.get("crater"), "ground", expected.ground.kind)
-    ground = sph.target.layers[-1].material
     size = readable.length(expected.diameter)
-    text = f"expected transient crater: {size} in {ground}, by the scaling laws of {kind}"
+    text = f"expected transient crater: {size} in {expected.material}, by the scaling laws of {kind}"
     if weight <= 0.0:
         return (
             f"{text}; without gravity only strength ({_pressure(strength)}) ends its growth"
             if strength > 0.0
             else f"{text}; nothing ends its growth"
         )
+    if expected.material in LIQUIDS:
+        return f"{text}; waves close a cavity in a liquid, not grains: the chain ends with the shock stage"
     if strength <= 0.0:
         return f"{text}; the ground has no cohesion: gravity regime (rho g D = {_pressure(weight)})"
     verdict = (
@@ -382,6 +391,40 @@ def in_words(settings: Mapping[str, Model]) -> str:
         f"{text}; its strength at this size is {_pressure(strength)}, {strength / weight:.2g} times rho g D = "
         f"{_pressure(weight)}: {verdict}"
     )
+
+
+def _breaks(sph: Any) -> str:
+    """What becomes of a body that breaks as a whole; nothing of any other."""
+    from pipeline.case import expected_crater
+
+    target = sph.target
+    try:
+        free = expected_crater.of_case(target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)
+    except InputError:
+        return ""
+    if not free.breaks:
+        return ""
+    left = (
+        "stage_report.json of the shock stage has the mass that escapes"
+        if target.attracts
+        else "python -m sph.outcome.fragments 2_sph/last.vtkhdf lists the pieces"
+    )
+    return (
+        f"no crater is expected: by the scaling laws one would be more than {expected_crater.WHOLE:g} times as wide "
+        f"as the body, which breaks as a whole ({_disruption(sph):.2g} of the energy that leaves half of its mass in "
+        f"one piece); {left}"
+    )
+
+
+def _disruption(sph: Any) -> float:
+    """Energy of the impact over that after which the largest piece of the body has half of its mass."""
+    from sph.outcome import disruption
+
+    target, impact, materials = sph.target, sph.impact, sph.chosen_materials()
+    whole = at_rest.surface_gravity(target, materials.at_rest) * target.radius**2 / G
+    ball = float(materials.bulk_density[materials.index(impact.projectile.material)]) * impact.projectile.volume
+    kind = "ice" if target.layers[-1].material.startswith("ice") else "rock"
+    return disruption.energy_ratio(ball, impact.speed, whole, target.radius, kind)
 
 
 def _pressure(value: float) -> str:

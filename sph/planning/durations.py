@@ -51,7 +51,7 @@ def surface_gravity(target: Target, materials: Materials) -> float:
 def crater_time(target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool) -> float:
     """The crater's formation time T [s] in the ground that is hit."""
     diameter, radius = impact.expected_transient_diameter, impact.projectile.radius
-    ground = ground_strength.ground(materials, target.layers[-1].material, diameter, strength, damage)
+    ground = ground_strength.ground(materials, target.layer_of(diameter).material, diameter, strength, damage)
     ended = formation_time.of_crater(diameter, surface_gravity(target, materials), ground.density, ground.strength)
     return min(ended, formation_time.of_growth(diameter, radius, impact.speed))
 

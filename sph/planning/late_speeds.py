@@ -72,10 +72,11 @@ def late_stage(
     """``[sph.late]`` of a run until ``end`` [s]; None where there should be none. ``strength``, ``damage`` as
     ``[sph]`` has them."""
     diameter, gravity = impact.expected_transient_diameter, durations.surface_gravity(target, materials)
-    ground = ground_strength.ground(materials, target.layers[-1].material, diameter, strength, damage)
+    name = target.layer_of(diameter).material
+    ground = ground_strength.ground(materials, name, diameter, strength, damage)
     weight, holds = gravity * diameter, ground.strength / ground.density
-    strains, top = max(weight, holds), target.layers[-1].material
-    flawed = damage and bool(materials.rows.flawed[materials.index(top)]) and not materials.predamaged(top)
+    strains = max(weight, holds)
+    flawed = damage and bool(materials.rows.flawed[materials.index(name)]) and not materials.predamaged(name)
     flows = holds < ground_strength.HOLDS * weight or (ground.kind == "sand" and not flawed)
     if ground.sound <= 0.0 or strains <= 0.0 or not flows:
         return None

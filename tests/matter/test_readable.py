@@ -20,6 +20,8 @@ from matter.wording import readable
         (999.0, "999 m"),
         (1000.0, "1 km"),
         (0.0, "0 m"),
+        (1e-6, "1 um"),
+        (1.62e-4, "0.162 mm"),
     ],
 )
 def test_lengths(metres, text):
@@ -28,14 +30,23 @@ def test_lengths(metres, text):
 
 @pytest.mark.parametrize(
     ("seconds", "text"),
-    [(450.0, "7.5 min"), (3600.0, "60.0 min"), (0.03, "30 ms"), (2.0, "2 s"), (6e-5, "60 us"), (0.0, "0 s")],
+    [
+        (450.0, "7.5 min"),
+        (3600.0, "60.0 min"),
+        (0.03, "30 ms"),
+        (2.0, "2 s"),
+        (6e-5, "60 us"),
+        (2.03e-8, "20.3 ns"),
+        (2.92e-11, "29.2 ps"),
+        (0.0, "0 s"),
+    ],
 )
 def test_times(seconds, text):
     assert readable.clock(seconds) == text
 
 
 @settings(deadline=None)
-@given(st.floats(1e-3, 1e7))
+@given(st.floats(1e-8, 1e7))
 def test_a_length_reads_back_to_its_three_digits(metres):
     assert quantity.parse(readable.length(metres), "m") == pytest.approx(metres, rel=5.1e-3)
 

@@ -263,6 +263,9 @@ def test_a_case_may_have_some_of_the_stages(case_folder, tmp_path):
                                                "'radius' (half the diameter)?"),
         (("impact.angle=40 deg",), "did you mean 'angle_from_vertical' (0 is head-on)?"),
         (("impact.velocity=4 km/s",), "did you mean 'speed'?"),
+        (("target.radius=4 km",), "did you mean 'layers' (the thicknesses of all layers add up to the radius)?"),
+        (("target.layers.0.radius=4 km",), "did you mean 'thickness' (from the bottom of the layer to its top"),
+        (("impact.projectile.mass=4 kg",), "did you mean 'radius' (with the density of the material)?"),
         (("speed=4 km/s",), "--set speed  speed: there is no such table here; did you mean 'impact.speed'?"),
         (("sph.friction=0.4",), "sph.friction: there is no such key here; did you mean 'dem.contact.friction'"),
         # degrees where degrees are meant

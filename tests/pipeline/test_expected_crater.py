@@ -60,3 +60,44 @@ def test_faster_and_larger_makes_larger():
     ]
     assert sizes[1] / sizes[0] == pytest.approx(2.0**0.44, rel=0.03)
     assert sizes[2] / sizes[0] == pytest.approx(2.0**0.78, rel=0.03)
+
+
+def layered(*layers: tuple[str, float], shape: str = "half_space") -> Target:
+    """Flat ground or a ball of (material, thickness [m]), the lowest first."""
+    told = [{"name": name, "material": name, "thickness": thickness} for name, thickness in layers]
+    gravity = {} if shape == "sphere" else {"gravity": 3.71}
+    return Target.model_validate({"shape": shape, "layers": told, **gravity})
+
+
+def test_of_several_layers_that_one_counts_in_which_the_middle_of_the_crater_lies():
+    """2 m of regolith over ice: the ice's crater. 40 m of it: the regolith's own."""
+    rows = collect(("ice", "regolith", "basalt"))
+    impact = shot(2.0, 7e3, material="basalt")
+    deep = {name: expected_crater.of_case(layered((name, 1e3)), impact, rows).diameter for name in ("ice", "regolith")}
+    cover = expected_crater.of_case(layered(("ice", 1e3), ("regolith", 2.0)), impact, rows)
+    assert cover.material == "ice" and cover.held and cover.diameter == deep["ice"]
+    told = expected_crater.of_case(layered(("ice", 1e3), ("regolith", 2.0)), impact, rows, diameter=50.0)
+    assert told.material == "ice" and told.diameter == 50.0
+    thick = expected_crater.of_case(layered(("ice", 1e3), ("regolith", 40.0)), impact, rows)
+    assert thick.material == "regolith" and thick.ground.kind == "sand" and thick.diameter == deep["regolith"]
+
+
+def test_a_crater_that_reaches_hard_ground_below_ends_there():
+    """Lunar soil that is deep enough for the middle of basalt's own crater, but not for that of the soil's."""
+    rows, impact = collect(("regolith", "basalt")), shot(2.0, 7e3, material="basalt")
+    soil, rock = (
+        expected_crater.of_case(layered((name, 1e3)), impact, rows).diameter for name in ("regolith", "basalt")
+    )
+    middle = (1.0 - math.sqrt(0.5)) / 3.0  # half of a paraboloid a third as deep as wide lies above
+    depth = middle * math.sqrt(soil * rock)
+    found = expected_crater.of_case(layered(("basalt", 1e3), ("regolith", depth)), impact, rows)
+    assert rock < found.diameter < soil and 0.9 * depth < middle * found.diameter < depth
+    assert found.material == "regolith"
+
+
+def test_a_body_with_a_crater_as_wide_as_itself_breaks():
+    """8 km at 5 km/s into 100 km of basalt, half of the energy of Benz & Asphaug 1999; a kilometre makes a crater."""
+    rows, body = collect(("basalt",)), layered(("basalt", 50e3), shape="sphere")
+    large, small = (expected_crater.of_case(body, shot(a, 5e3, material="basalt"), rows) for a in (8e3, 1e3))
+    assert large.breaks and large.diameter == 50e3
+    assert not small.breaks and small.diameter < 0.8 * 100e3

@@ -260,6 +260,30 @@ def test_strength_that_does_not_fall_with_size_is_said(tmp_path, material, said)
     assert any("does not fall with size" in words for words in sensible(request, settings)) == said
 
 
+def test_a_crater_in_the_sea_and_a_body_that_breaks_get_no_grains(tmp_path):
+    """A crater in water is measured, a body that breaks ends with its fragments."""
+    sea = 'shape = "half_space"\ngravity = "9.81 m/s^2"\nlayers = [{ material = "basalt" }, %s]'
+    ball = 'layers = [{ material = "basalt", thickness = "%s" }]'
+    for target, stages, words in (
+        (sea % '{ material = "water", thickness = "50 km" }', ("sph", "crater"), "waves close a cavity in a liquid"),
+        (sea % '{ material = "water", thickness = "10 m" }', ("sph", "bed", "handoff", "dem", "crater"), "in basalt"),
+        (ball % "1 km", ("sph",), "breaks as a whole"),
+        (ball % "30 km", ("sph", "crater"), "in basalt"),
+    ):
+        request = Request(cases.read(written(tmp_path, target, "200 m"), size="quick"), tmp_path)
+        settings = settings_of(request)
+        assert request.case.stages == stages and words in sense.in_words(settings), target
+        assert settings["sph"].impact.expected_transient_diameter <= 2e3 or stages != ("sph",)
+
+
+@pytest.mark.parametrize(("material", "said"), [("dunite", True), ("water", False), ("granite", False)])
+def test_ground_whose_strength_is_not_known_is_said(tmp_path, material, said):
+    text = "[target]\n" + HALF_SPACE.replace("granite", material) + IMPACT % "100 m"
+    (tmp_path / "mine.toml").write_text(text)
+    request = Request(cases.read(tmp_path / "mine.toml", size="quick"), tmp_path)
+    assert any("flows like a liquid" in words for words in sensible(request, settings_of(request))) == said
+
+
 @pytest.mark.validation
 def test_the_late_stage_that_follows_leaves_the_crater_of_the_rocks_own_sound_speed(tmp_path):
     """Ten lines in a shock stage of 3,000 particles: depth and apparent diameter at the formation time within 8 % of a
