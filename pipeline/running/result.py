@@ -15,10 +15,12 @@ from pipeline.case import stages
 
 
 def table(run: Path) -> str:
-    """The measures of a finished run; an empty text when the crater was not measured."""
+    """The measures of a finished run; without a crater what is left of the body, an empty text on flat ground."""
     path = stages.folder(run, "crater") / "measures.json"
     if not path.is_file():
-        return ""
+        from sph.outcome import fragments
+
+        return "\n".join(fragments.outcome_lines(stages.folder(run, "sph")))
     measures = archive.read_json(path)
     columns = column_labels.columns(measures)
     rows = [("", [label.title for label, _ in columns]), ("", [label.when for label, _ in columns])]

@@ -15,9 +15,10 @@ from typing import NamedTuple
 import numpy as np
 
 from matter.errors import InputError
-from matter.files import snapshot
+from matter.files import archive, snapshot
 from matter.geometry import connected
 from matter.particles import Particles
+from matter.wording import readable
 
 
 class Fragment(NamedTuple):
@@ -55,6 +56,29 @@ def largest_fraction(particles: Particles) -> float:
     target = particles.mass[particles.layer >= 0].sum() if "layer" in particles else particles.mass.sum()
     found = find(particles)
     return found[0].mass / float(target) if found else 0.0
+
+
+def outcome_lines(folder: Path) -> list[str]:
+    """What the shock stage in ``folder`` leaves of a body, in words: mass that its own pull holds (what does not
+    escape, ``sph.outcome.escaping``) and pieces that hang together. Nothing of flat ground and of a stage from
+    elsewhere."""
+    last, report = folder / "last.vtkhdf", folder / "stage_report.json"
+    if not last.is_file() or not report.is_file():
+        return []
+    particles = snapshot.read(last)
+    if particles.attributes.get("frame", "sphere") == "plane" or "layer" not in particles:
+        return []
+    clock, words = readable.clock(float(particles.attributes["time"])), []
+    body = float(particles.mass[particles.layer >= 0].sum())
+    if leaves := archive.read_json(report).get("escaping"):
+        lost = float(leaves["mass_kg"])
+        words.append(f"{1.0 - lost / body:.1%} of the body's mass stay bound, {readable.amount(lost, 'kg', 3)} escape")
+    found = find(particles)
+    largest = found[0].mass / body if found else 0.0
+    words.append(
+        f"{len(found)} pieces hang together, the largest with {largest:.1%} of it" if found else "nothing is whole"
+    )
+    return [readable.terminal(f"the body after {clock}: {'; '.join(words)}")]
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -1,5 +1,7 @@
 """Fragments of a broken body."""
 
+import json
+
 import numpy as np
 import pytest
 from scipy.sparse.csgraph import connected_components
@@ -8,6 +10,7 @@ from matter.files import snapshot
 from matter.geometry.connected import LINK, NONE, groups
 from matter.particles import Particles
 from matter.points import packing
+from pipeline.running import result
 from sph.outcome import fragments
 
 
@@ -49,6 +52,23 @@ def test_the_command(tmp_path, capsys):
     assert fragments.main([str(tmp_path / "last.vtkhdf")]) == 0
     assert "3 fragments" in capsys.readouterr().out
     assert fragments.main([str(tmp_path / "none.vtkhdf")]) == 2
+
+
+def test_a_chain_that_ends_with_the_shock_stage_says_what_is_left_of_the_body(tmp_path):
+    """The last word of the run: a ball whose lower part is whole, with a fifth of its mass on its way; flat ground."""
+    ball = broken_ball()
+    layer, folder = np.where(ball.position[:, 0] > 2.0, -1, 0), tmp_path / "2_sph"
+    body = float(ball.mass[layer >= 0].sum())
+    folder.mkdir()
+    (folder / "stage_report.json").write_text(json.dumps({"escaping": {"mass_kg": 0.2 * body}}))
+    for frame in ("sphere", "plane"):
+        snapshot.write(
+            Particles({**ball, "layer": layer}, {**ball.attributes, "frame": frame}), folder / "last.vtkhdf"
+        )
+        text = result.table(tmp_path)
+        largest = (ball.position[:, 2] <= 0.2)[layer >= 0].mean()
+        assert (text == "") if frame == "plane" else ("80.0% of the body's mass stay bound" in text), text
+        assert frame == "plane" or f"2 pieces hang together, the largest with {largest:.1%} of it" in text
 
 
 def test_supports_that_differ_link_what_half_their_sum_reaches():
