@@ -369,7 +369,8 @@ def in_words(settings: Mapping[str, Model]) -> str:
     if broken := _breaks(sph):
         return broken
     weight, strength = expected.weight, expected.ground.strength
-    kind = getattr(settings.get("crater"), "ground", expected.ground.kind)
+    compared = None if sph.target.solid else settings.get("crater")  # of an ellipsoid or mesh it is not filled in
+    kind = getattr(compared, "ground", expected.ground.kind)
     size = readable.length(expected.diameter)
     text = f"expected transient crater: {size} in {expected.material}, by the scaling laws of {kind}"
     if weight <= 0.0:

@@ -264,7 +264,9 @@ def test_a_crater_in_the_sea_and_a_body_that_breaks_get_no_grains(tmp_path):
     """A crater in water is measured, a body that breaks ends with its fragments."""
     sea = 'shape = "half_space"\ngravity = "9.81 m/s^2"\nlayers = [{ material = "basalt" }, %s]'
     ball = 'layers = [{ material = "basalt", thickness = "%s" }]'
+    potato = 'shape = "ellipsoid"\naxes = ["80 km", "70 km", "60 km"]\nlayers = [{ material = "regolith_ryugu" }]'
     for target, stages, words in (
+        (potato, ("sph", "crater"), "by the scaling laws of sand"),
         (sea % '{ material = "water", thickness = "50 km" }', ("sph", "crater"), "waves close a cavity in a liquid"),
         (sea % '{ material = "water", thickness = "10 m" }', ("sph", "bed", "handoff", "dem", "crater"), "in basalt"),
         (ball % "1 km", ("sph",), "breaks as a whole"),
