@@ -53,7 +53,7 @@ class _Limit(NamedTuple):
 
 
 def _limit(settings: Settings, late: float | None = None) -> _Limit:
-    """That step; with the sound speed ``late`` [m/s] that of a late stage."""
+    """That step; with the sound speed ``late`` [m/s] (infinite: each material's own) that of a late stage."""
     zones, shortest = settings.zones, np.inf
     inner = (0.0, *settings.target.outer_radii)
     for layer, top in zip(settings.target.layers, inner[1:]):
@@ -93,7 +93,8 @@ def _courant(settings: Settings, spacing: float, material: str, late: float | No
     wave, alpha = ground.wave, settings.alpha
     if late is not None and settings.late is not None:
         wave, alpha = wave * min(late / ground.sound, 1.0), settings.late.alpha
-        spacing = min(spacing / fine_particles.SOFTEST, max(spacing, settings.spacing_at_impact))
+        if late < np.inf:
+            spacing = min(spacing / fine_particles.SOFTEST, max(spacing, settings.spacing_at_impact))
     fraction = _APPROACHING if settings.reconstructed else 1.0
     signal = (1.0 + settings.signal.linear * alpha * fraction) * wave
     return settings.courant * 0.5 * settings.support * spacing / signal
@@ -102,15 +103,20 @@ def _courant(settings: Settings, spacing: float, material: str, late: float | No
 def steps(settings: Settings) -> tuple[float, float]:
     """Steps of the relaxation and of the impact."""
     limit = _limit(settings)
-    stiff = min(settings.late.at, settings.end_time) if settings.late else settings.end_time
-    number = limit.more * stiff / limit.step + 200.0 + sum(_late_steps(settings))
+    number = limit.more * _begins(settings)[0] / limit.step + 200.0 + sum(_late_steps(settings))
     return settings.relaxation_time / limit.step if settings.relaxes else 0.0, number
 
 
 def _late_steps(settings: Settings) -> list[float]:
-    """Steps at each sound speed of the late stage."""
+    """Steps of each part of the late stage."""
     late = settings.late
-    return [time / _limit(settings, speed).step for speed, time in late.spans(settings.end_time)] if late else []
+    return [time / _limit(settings, speed).step for _, time, speed in late.spans(settings.end_time)] if late else []
+
+
+def _begins(settings: Settings) -> list[float]:
+    """When the parts of the late stage begin, and the end [s]."""
+    late = settings.late
+    return [*((at for at, _, _ in late.spans(settings.end_time)) if late else ()), settings.end_time]
 
 
 def work(settings: Settings) -> Callable[[float], float]:
@@ -119,7 +125,7 @@ def work(settings: Settings) -> Callable[[float], float]:
     relax, impact = steps(settings)
     before = settings.relaxation_time if settings.relaxes else 0.0
     limit = _limit(settings)
-    marks = [*(at for at, _ in settings.late.switches), settings.end_time] if settings.late else [settings.end_time]
+    marks = _begins(settings)
     parts = np.cumsum([limit.more * marks[0] / limit.step + 200.0, *_late_steps(settings)])
     times = (0.0, before, *(before + at for at in marks))
     return lambda time: float(np.interp(time, times, (0.0, relax, *(relax + parts / parts[-1] * impact))))
@@ -217,12 +223,15 @@ def explain(settings: Settings) -> list[str]:
         + (f", and {relax:,.0f} for relaxation_time = {readable.clock(settings.relaxation_time)}" if relax else "")
         + f": the step follows from {_limit(settings).what}",
     ]
-    if settings.late:
+    if settings.late and not settings.late.switches:
+        lines.append(f"from {readable.clock(settings.late.viscosity_time)} on without the viscosity of the shock")
+    elif settings.late:
         (first, speed), (last, slowest) = settings.late.switches[0], settings.late.switches[-1]
+        softer = sum(_late_steps(settings)[-len(settings.late.switches) :])
         lines.append(
             f"from {readable.clock(first)} on a sound speed of {speed:g} m/s"
             + (f", falling to {slowest:g} m/s at {readable.clock(last)}" if settings.late.slower else "")
-            + f": {sum(_late_steps(settings)):,.0f} of the steps (late stage, [sph.late])"
+            + f": {softer:,.0f} of the steps (late stage, [sph.late])"
         )
     if (found := placing.of_target(target)) is not None:
         lines.append(rubble.worded(found, settings.chosen_materials(), target, zones))

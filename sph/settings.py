@@ -139,15 +139,21 @@ class Settings(_Keys):
 
     @model_validator(mode="after")
     def _late_follows(self) -> Settings:
-        if "late" not in self.model_fields_set:
-            try:
-                found = late_speeds.late_stage(
-                    self.target, self.impact, self.chosen_materials(), self.strength, self.damage, self.end_time
-                )
-            except InputError:
-                return self
+        given = "late" in self.model_fields_set
+        if given and (self.late is None or self.late.viscosity_at is not None):
+            return self
+        try:
+            crater = late_speeds.growth(self.target, self.impact, self.chosen_materials(), self.strength, self.damage)
+        except InputError:
+            return self
+        followed = self.late
+        if crater is not None and followed is not None:
+            leaves = min(crater.viscosity_at(self.spacing_at_impact), followed.viscosity_time)
+            followed = followed.model_copy(update={"viscosity_at": leaves})
+        elif crater is not None:
+            found = late_speeds.late_stage(crater, self.spacing_at_impact, self.end_time)
             followed = late_stage.Settings.model_validate(found) if found else None
-            object.__setattr__(self, "late", followed)  # as a default is: the model is frozen for its users
+        object.__setattr__(self, "late", followed)  # as a default is: the model is frozen for its users
         return self
 
     @model_validator(mode="after")
@@ -156,9 +162,9 @@ class Settings(_Keys):
             raise ValueError("spacing_at_impact must be below half the target's radius")
         if self.spacing_far < self.spacing_at_impact:
             raise ValueError("spacing_far must be at least spacing_at_impact")
-        if self.late is not None and self.late.at >= self.end_time:
+        if self.late is not None and self.late.at is not None and self.late.at >= self.end_time:
             raise ValueError("late.at must be before end_time")
-        if self.late is not None and self.late.switches[-1][0] >= self.end_time:
+        if self.late is not None and any(at >= self.end_time for at, _ in self.late.switches):
             raise ValueError("late.slower: every at must be before end_time")
         if self.late is not None and self.late.viscosity_time >= self.end_time:
             raise ValueError("late.viscosity_at must be before end_time")

@@ -45,9 +45,7 @@ ROWS: dict[str, tuple[str, ...]] = {
     "V08, 40 spacings": (
         "pierazzo_2008", *DEFAULT, *QUARTER, *sets("sph.spacing_at_impact=12.5m", "sph.spacing_far=125m")
     ),
-    "V09, 0.6 mm": (
-        "pierazzo_2008_water", "--preset", "coarse", *DEFAULT, *QUARTER, *sets('sph.viscosity_switch="none"')
-    ),
+    "V09, 0.6 mm": ("pierazzo_2008_water", "--preset", "coarse", *DEFAULT, *QUARTER),
     "V10, 2.3 mm": ("housen_holsapple_2003", "--preset", "coarse", *DEFAULT, *QUARTER),
     "V10, 1.6 mm": ("housen_holsapple_2003", *DEFAULT, *QUARTER),
     **_porous("deep_impact", "B04", {"": "alpha0 1", "porous15": "alpha0 1.5", "porous30": "alpha0 3"}, HALF),

@@ -281,7 +281,7 @@ def _sinking(sph: Any) -> Iterator[str]:
     late, target = sph.late, sph.target
     if late is None or target.start != "literal" or not target.flat or not _layers(sph):
         return
-    way = sum(target.gravity * target.radius * time / speed for speed, time in late.spans(sph.end_time))
+    way = sum(target.gravity * target.radius * time / speed for _, time, speed in late.spans(sph.end_time))
     if way > SINKING * sph.impact.expected_transient_diameter:
         yield (
             f'ground with start = "literal" carries no weight and sinks into its {" and ".join(_layers(sph))} layer, '
@@ -350,7 +350,7 @@ def _regime(settings: Mapping[str, Model], sph: Any, stages: tuple[str, ...]) ->
             f"the strength of {ground} ({_pressure(expected.ground.strength)}) does not fall with size: no [weibull], "
             f"or damage is off; rock {readable.length(expected.diameter)} wide is weaker than a sample"
         )
-    if "crater" in stages and not sph.late:
+    if "crater" in stages and not (sph.late and sph.late.switches):
         time = durations.crater_time(sph.target, sph.impact, sph.chosen_materials(), sph.strength, sph.damage)
         if sph.end_time < formation_time.ENOUGH * time:
             yield (

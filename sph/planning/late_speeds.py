@@ -11,10 +11,19 @@ together strains it by rho g D / (rho c^2) and Y / (rho c^2). So
 
     c(t)  = max(MACH v(t), sqrt(STRAIN max(g D, Y / rho)))       MACH = 20, STRAIN = 20
     first at  t_1 = D / c_0, when a wave at the bulk sound speed c_0 of the rock has crossed the diameter, or where
-              c(t) has fallen below c_0 / 2, whichever is later; the viscosity of the shock goes at t_1
+              c(t) has fallen below c_0 / 2, whichever is later
 
 and then by LOWER each time, which v takes a time LOWER^(-3/2) longer to do. Steps of the whole flow are then some MACH
 R_T / (courant spacing), whatever the gravity: 43 million become some thousands on an asteroid.
+
+The viscosity of the shock goes earlier, when
+
+    v(t) < c_0 / 6   and   c_0 t > FRONTS dx      dx: spacing of the particles of the crater
+
+(the wave is then a diameter of the crater as it is away, and as many spacings as a front is wide), at the latest at
+t_1, also where the sound speed is not lowered. Until then it brakes the flow, the more the coarser: kept until t_1 it
+leaves holes of 28.6, 32.3, 33.8 m3 in the shot at Ryugu with 12, 8, 5.5 cm, at 0.2 ms 37, 35, 36 m3
+(docs/results/sph_late).
 
 A slow projectile that stays whole, rho U^2 below its own strength, ploughs on: v is not less than its speed, which the
 drag rho C_d pi a^2 U^2 / 2 lowers as
@@ -22,14 +31,15 @@ drag rho C_d pi a^2 U^2 / 2 lowers as
     U / (1 + t / tau),     tau = 8 rho_p a / (3 C_d rho U),     C_d = 1
 
 No late stage: ground without weight and strength; a crater that strength holds in rock or metal, where waves break and
-bend what does not flow; a first switch later than an eighth of the run, which would save little. A crater in loose
-ground without flaws flows until its cohesion ends it, as one that its weight ends.
+bend what does not flow; a shock that leaves later than the run ends. A first switch in the second half of the run
+would save little: only the viscosity goes. A crater in loose ground without flaws flows until its cohesion ends it, as
+one that its weight ends, where the first switch comes in the first eighth of the run: shorter ones are about waves.
 """
 
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from matter.case import formation_time
 from matter.case.body import Impact, Target
@@ -42,8 +52,11 @@ CROSSED = 1.0
 """Diameters that a wave crosses before the first switch."""
 SOFTEST_START = 0.5
 """Largest first sound speed over that of the rock."""
-LATEST = 0.125
-"""Latest first switch over the length of the run."""
+LATEST, LATEST_HELD = 0.5, 0.125
+"""Latest first switch over the length of the run where weight and where cohesion ends the crater."""
+SLOW, FRONTS = 6.0, 10.0
+"""Sound speed of the rock over that of the flow, and spacings between crater and wave, where the viscosity of the
+shock goes."""
 DRAG = 1.0
 """Drag coefficient of a ball in grains."""
 LOWER = 0.5**0.5
@@ -66,41 +79,71 @@ def braking_time(impact: Impact, materials: Materials, ground: ground_strength.G
     return 8.0 / 3.0 * solid.density / ground.density * ball.radius / (DRAG * impact.speed)
 
 
-def late_stage(
-    target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool, end: float
-) -> dict[str, Any] | None:
-    """``[sph.late]`` of a run until ``end`` [s]; None where there should be none. ``strength``, ``damage`` as
-    ``[sph]`` has them."""
+class Growth(NamedTuple):
+    """A crater that grows after the shock: ``ground`` in which it is, ``by_weight`` whether weight ends it, squared
+    speed ``strains`` [m^2/s^2] of what strains the ground, ``diameter`` [m], ``formation`` time [s], time ``brakes``
+    [s] in which drag halves the ``speed`` [m/s] of a projectile that stays whole."""
+
+    ground: ground_strength.Ground
+    by_weight: bool
+    strains: float
+    diameter: float
+    formation: float
+    brakes: float
+    speed: float
+
+    @property
+    def left(self) -> float:
+        """When the wave has crossed the crater's diameter [s]."""
+        return CROSSED * self.diameter / self.ground.sound
+
+    def time_of(self, flow: float) -> float:
+        """When crater and projectile have come down to a speed of ``flow`` [m/s]."""
+        later = 1.0 / (1.0 - formation_time.GROWTH)  # v ~ t^-(1 - exponent): lower by q takes q^later as long
+        edge = self.formation * (flow_speed(self.formation, 0.5 * self.diameter, self.formation) / flow) ** later
+        return max(edge, self.brakes * (self.speed / flow - 1.0))
+
+    def fastest(self, time: float) -> float:
+        """Speed of the edge or of the projectile at ``time`` [m/s]."""
+        ball = self.speed * self.brakes / (self.brakes + time)
+        return max(flow_speed(time, 0.5 * self.diameter, self.formation), ball)
+
+    def viscosity_at(self, spacing: float) -> float:
+        """When the viscosity of the shock goes [s], with particles ``spacing`` [m] apart where the crater grows."""
+        smooth = max(self.time_of(self.ground.sound / SLOW), FRONTS * spacing / self.ground.sound)
+        return durations.rounded(min(self.left, smooth))
+
+
+def growth(target: Target, impact: Impact, materials: Materials, strength: bool, damage: bool) -> Growth | None:
+    """The crater that is expected, None where it does not grow after the shock. ``strength``, ``damage`` as ``[sph]``
+    has them."""
     diameter, gravity = impact.expected_transient_diameter, durations.surface_gravity(target, materials)
     name = target.layer_of(diameter).material
     ground = ground_strength.ground(materials, name, diameter, strength, damage)
     weight, holds = gravity * diameter, ground.strength / ground.density
-    strains = max(weight, holds)
     flawed = damage and bool(materials.rows.flawed[materials.index(name)]) and not materials.predamaged(name)
-    flows = holds < ground_strength.HOLDS * weight or (ground.kind == "sand" and not flawed)
-    if ground.sound <= 0.0 or strains <= 0.0 or not flows:
+    by_weight, strains = holds < ground_strength.HOLDS * weight, max(weight, holds)
+    if ground.sound <= 0.0 or strains <= 0.0 or not (by_weight or (ground.kind == "sand" and not flawed)):
         return None
     formation = durations.crater_time(target, impact, materials, strength, damage)
-    slowest = math.sqrt(STRAIN * strains)
-    first = SOFTEST_START * ground.sound
-    left = CROSSED * diameter / ground.sound
     brakes = braking_time(impact, materials, ground, strength)
+    return Growth(ground, by_weight, strains, diameter, formation, brakes, impact.speed)
 
-    def time_of(flow: float) -> float:
-        """When crater and projectile have come down to a speed of ``flow`` [m/s]."""
-        later = 1.0 / (1.0 - formation_time.GROWTH)  # v ~ t^-(1 - exponent): lower by q takes q^later as long
-        edge = formation * (flow_speed(formation, 0.5 * diameter, formation) / flow) ** later
-        return max(edge, brakes * (impact.speed / flow - 1.0))
 
-    when = max(left, time_of(first / MACH))
-    fastest = max(flow_speed(when, 0.5 * diameter, formation), impact.speed * brakes / (brakes + when))
-    speed = max(MACH * fastest, slowest)
-    if speed > first * (1.0 + 1e-9) or when > LATEST * end:
+def late_stage(crater: Growth, spacing: float, end: float) -> dict[str, Any] | None:
+    """``[sph.late]`` of a run until ``end`` [s] with particles ``spacing`` [m] apart where the crater grows; None
+    where there should be none."""
+    slowest, first = math.sqrt(STRAIN * crater.strains), SOFTEST_START * crater.ground.sound
+    when = max(crater.left, crater.time_of(first / MACH))
+    speed, viscosity_at = max(MACH * crater.fastest(when), slowest), crater.viscosity_at(spacing)
+    stays = speed > first * (1.0 + 1e-9) or when > (LATEST if crater.by_weight else LATEST_HELD) * end
+    if viscosity_at >= end or (stays and not crater.by_weight):
         return None
+    if stays:
+        return {"viscosity_at": viscosity_at}
     switches = [(when, speed)]
-    while LOWER * speed >= slowest and durations.rounded(when := time_of(LOWER * speed / MACH)) < end:
+    while LOWER * speed >= slowest and durations.rounded(when := crater.time_of(LOWER * speed / MACH)) < end:
         switches.append((when, speed := LOWER * speed))
-    viscosity_at = durations.rounded(left)
     (at, c), *slower = [(durations.rounded(when), durations.rounded(speed)) for when, speed in switches]
     return {
         "at": at,

@@ -80,19 +80,24 @@ class Settings(Model):
     """The late stage with a low bulk modulus, ``[sph.late]``. A case that gives neither this table nor its end has the
     one that follows from its expected crater, where it grows after the shock (``sph.planning.late_speeds``)."""
 
-    at: PositiveTime
-    """Time after the impact at which the sound speed is lowered."""
-    sound_speed: PositiveSpeed
+    at: PositiveTime | None = None
+    """Time after the impact at which the sound speed is lowered; by default it stays."""
+    sound_speed: PositiveSpeed | None = None
     """Bulk sound speed from then on."""
     alpha: Annotated[float, Field(ge=0, le=10)] = 0.1
     """Linear artificial viscosity from ``viscosity_at`` on."""
     viscosity_at: PositiveTime | None = None
-    """Time after the impact from which on ``alpha`` acts; by default ``at``."""
+    """Time after the impact from which on ``alpha`` acts; by default when the shock has left a crater that weight
+    ends (``sph.planning.late_speeds``), at the latest ``at``."""
     slower: tuple[Slower, ...] = ()
     """Later times and still lower sound speeds, in order: long runs take steps of the flow as it slows down."""
 
     @model_validator(mode="after")
     def _in_order(self) -> Settings:
+        if (self.at is None) != (self.sound_speed is None):
+            raise ValueError("at and sound_speed: give both, or leave both out")
+        if self.at is None and (self.viscosity_at is None or self.slower):
+            raise ValueError("at is missing; without it only viscosity_at changes anything")
         for (before, faster), (at, speed) in pairwise(self.switches):
             if at <= before or speed >= faster:
                 raise ValueError(
@@ -104,17 +109,25 @@ class Settings(Model):
     @property
     def switches(self) -> tuple[tuple[float, float], ...]:
         """Times [s] and the sound speeds [m/s] from then on."""
+        if self.at is None or self.sound_speed is None:
+            return ()
         return (self.at, self.sound_speed), *((one.at, one.sound_speed) for one in self.slower)
 
-    def spans(self, end: float) -> list[tuple[float, float]]:
-        """Sound speeds [m/s], each with the time [s] that it holds until ``end`` [s]."""
-        ends = [*(at for at, _ in self.switches[1:]), end]
-        return [(speed, until - at) for (at, speed), until in zip(self.switches, ends)]
+    def spans(self, end: float) -> list[tuple[float, float, float]]:
+        """Parts of the late stage until ``end`` [s]: when each begins, how long it is [s] and its sound speed [m/s],
+        infinite where materials keep their own."""
+        begins = list(self.switches)
+        if not begins or self.viscosity_time < begins[0][0]:
+            begins.insert(0, (self.viscosity_time, math.inf))
+        ends = [*(at for at, _ in begins[1:]), end]
+        return [(at, until - at, speed) for (at, speed), until in zip(begins, ends)]
 
     @property
     def viscosity_time(self) -> float:
         """When the low viscosity begins [s]."""
-        return self.at if self.viscosity_at is None else self.viscosity_at
+        begins = self.at if self.viscosity_at is None else self.viscosity_at
+        assert begins is not None  # ``_in_order``
+        return begins
 
 
 class LateStageMedium(NamedTuple):

@@ -151,7 +151,8 @@ def late(gravity: float, end: float, **impact):
     ground = Target.model_validate({"shape": "half_space", "gravity": gravity, "layers": [layer]})
     loose = {"basalt": Choice(porosity="p_alpha", strength="drucker_prager", drucker_prager={"cohesion": "0 Pa"})}
     shot, materials = Impact.model_validate(hit), collect(("basalt", "copper"), loose)
-    found = late_speeds.late_stage(ground, shot, materials, True, True, end)
+    crater = late_speeds.growth(ground, shot, materials, True, True)
+    found = crater and late_speeds.late_stage(crater, 0.1, end)
     return found and stepping_late.Settings.model_validate(found)
 
 
@@ -181,11 +182,13 @@ def test_the_late_stage_of_a_small_body_follows_the_flow_as_it_slows_down():
 
 
 def test_no_late_stage_without_weight_or_time_or_where_the_weight_is_stiff():
-    """No gravity; a run that ends while the wave leaves; ground so heavy that c would exceed half the speed of
-    sound."""
+    """No gravity; a run that ends while the wave leaves. In ground so heavy that c would exceed half the speed of
+    sound, and where the first switch would come late in the run, only the viscosity of the shock goes."""
     assert late(0.0, 400.0) is None
-    assert late(1.2e-4, 0.03) is None
-    assert late(1e5, 400.0) is None
+    assert late(1.2e-4, 0.0003) is None
+    for gravity, end in ((1e5, 400.0), (1.2e-4, 0.006)):
+        found = late(gravity, end)
+        assert found.switches == () and 10.0 * 0.1 / 3145.0 < 1.05 * found.viscosity_time < 14.5 / 3145.0
 
 
 @pytest.mark.parametrize("ground", ["loose", "flawed", "hard"])
@@ -203,7 +206,8 @@ def test_a_crater_that_cohesion_ends_has_it_in_loose_ground_alone(ground):
     layer = {"name": "ground", "material": "basalt", "thickness": 1.0}
     target = Target.model_validate({"shape": "half_space", "gravity": 9.81, "layers": [layer]})
     materials = collect(("basalt", "copper"), {"basalt": choice})
-    found = late_speeds.late_stage(target, Impact.model_validate(hit), materials, True, True, 0.03)
+    crater = late_speeds.growth(target, Impact.model_validate(hit), materials, True, True)
+    found = crater and late_speeds.late_stage(crater, 0.004, 0.03)
     assert (found is not None) == (ground == "loose")
     if found:
         speeds = [one["sound_speed"] for one in found["slower"]]
@@ -225,7 +229,8 @@ def test_a_slow_projectile_that_stays_whole_is_followed_too():
     deceleration = 0.5 * ground.density * math.pi * 0.05**2 * 100.0**2 / (density * 4.0 / 3.0 * math.pi * 0.05**3)
     assert 100.0 / brakes == pytest.approx(deceleration)
     assert late_speeds.braking_time(fast, materials, ground, True) == 0.0
-    found = late_speeds.late_stage(target, slow, materials, True, True, 0.31)
+    crater = late_speeds.growth(target, slow, materials, True, True)
+    found = crater and late_speeds.late_stage(crater, 0.03, 0.31)
     for one in found["slower"]:
         speed = 100.0 / (1.0 + one["at"] / brakes)
         assert one["sound_speed"] >= 0.93 * 20.0 * speed
@@ -237,8 +242,23 @@ def test_a_case_has_it_whether_or_not_it_gives_its_end():
     assert follows.late is not None and follows.late.at < late_speeds.LATEST * follows.end_time
     sound = ground_strength.ground(follows.chosen_materials(), "granite", 2000.0, True, True).sound
     assert follows.late.viscosity_at < follows.late.at
+    formation = durations.crater_time(follows.target, follows.impact, follows.chosen_materials(), True, True)
+    # coarse: the wave has crossed the crater; it is ten spacings away; fine: the edge is slow against it
     assert follows.late.viscosity_at == pytest.approx(2000.0 / sound, rel=0.05)
+    ten, fine = (
+        stage.Settings.model_validate({**given, "spacing_at_impact": spacing}).late.viscosity_at
+        for spacing in (100.0, 20.0)
+    )
+    assert ten == pytest.approx(10.0 * 100.0 / sound, rel=0.05)
+    assert late_speeds.flow_speed(fine, 1000.0, formation) == pytest.approx(sound / 6.0, rel=0.05)
     assert stage.Settings.model_validate({**given, "end_time": follows.end_time}).late == follows.late
     assert stage.Settings.model_validate({**given, "late": None}).late is None
+    own = {"at": "3 s", "sound_speed": "1 km/s"}
+    for table, leaves in (
+        (own, follows.late.viscosity_at),
+        ({**own, "at": "0.2 s"}, 0.2),
+        ({**own, "viscosity_at": "1 s"}, 1.0),
+    ):
+        assert stage.Settings.model_validate({**given, "late": table}).late.viscosity_at == leaves
     hard = {**given, "impact": IMPACT.model_copy(update={"expected_transient_diameter": 20.0})}
     assert stage.Settings.model_validate(hard).late is None  # strength holds it

@@ -293,6 +293,25 @@ def test_a_late_stage_after_the_end_is_refused():
         )
 
 
+def test_the_viscosity_of_the_shock_may_go_alone(tmp_path):
+    """Every material keeps its moduli; the steps are those of its own sound at rest with the late alpha, and the
+    prediction counts them so."""
+    chosen = settings(None, late={"viscosity_at": "1 ms"}, end_time=1.5e-3)
+    stage.run(chosen, tmp_path, tmp_path)
+    report = json.loads((tmp_path / "stage_report.json").read_text())
+    assert report["late"] is None and report["late_viscosity"] == {"alpha": 0.1, "beta": 10.0}
+    before, long = (cost_prediction.steps(settings(None, late=None, end_time=end))[1] for end in (1e-3, 0.101))
+    after = cost_prediction.steps(settings(None, late={"viscosity_at": "1 ms"}, end_time=0.101))[1] - before
+    shorter = (1.0 + 0.45 * 0.62 * 0.1) / (1.0 + 0.45 * 0.62 * chosen.alpha)
+    assert after / (long - before) == pytest.approx(shorter / 1.18, rel=1e-6)
+
+
+@pytest.mark.parametrize("late", [{}, {"at": "1 ms"}, {"sound_speed": "9 m/s", "viscosity_at": "1 ms"}])
+def test_half_a_late_stage_is_refused(late):
+    with pytest.raises(ValidationError, match=r"at and sound_speed: give both|at is missing"):
+        settings(None, late=late)
+
+
 @pytest.mark.parametrize(("at", "speed"), [("1 ms", "50 m/s"), ("2 ms", "100 m/s")])
 def test_a_part_that_is_not_later_and_slower_is_refused(at, speed):
     with pytest.raises(ValidationError, match="later and slower than the one before"):
