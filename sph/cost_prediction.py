@@ -53,7 +53,7 @@ class _Limit(NamedTuple):
 
 
 def _limit(settings: Settings, late: float | None = None) -> _Limit:
-    """That step; with the sound speed ``late`` [m/s] (infinite: each material's own) that of a late stage."""
+    """That step; with the sound speed ``late`` [m/s] that of a late stage."""
     zones, shortest = settings.zones, np.inf
     inner = (0.0, *settings.target.outer_radii)
     for layer, top in zip(settings.target.layers, inner[1:]):
@@ -93,8 +93,7 @@ def _courant(settings: Settings, spacing: float, material: str, late: float | No
     wave, alpha = ground.wave, settings.alpha
     if late is not None and settings.late is not None:
         wave, alpha = wave * min(late / ground.sound, 1.0), settings.late.alpha
-        if late < np.inf:
-            spacing = min(spacing / fine_particles.SOFTEST, max(spacing, settings.spacing_at_impact))
+        spacing = min(spacing / fine_particles.SOFTEST, max(spacing, settings.spacing_at_impact))
     fraction = _APPROACHING if settings.reconstructed else 1.0
     signal = (1.0 + settings.signal.linear * alpha * fraction) * wave
     return settings.courant * 0.5 * settings.support * spacing / signal
@@ -108,9 +107,12 @@ def steps(settings: Settings) -> tuple[float, float]:
 
 
 def _late_steps(settings: Settings) -> list[float]:
-    """Steps of each part of the late stage."""
-    late = settings.late
-    return [time / _limit(settings, speed).step for _, time, speed in late.spans(settings.end_time)] if late else []
+    """Steps of each part of the late stage; matter that keeps its sound speed keeps its step, since what is crushed by
+    then takes what the lower viscosity would give. Every row of the history cuts a step."""
+    spans, every = settings.late.spans(settings.end_time) if settings.late else [], settings.history_interval
+    return [
+        time / _limit(settings, None if speed == np.inf else speed).step + time // every for _, time, speed in spans
+    ]
 
 
 def _begins(settings: Settings) -> list[float]:

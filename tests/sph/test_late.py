@@ -264,20 +264,24 @@ def test_a_gas_and_softer_matter_keep_their_moduli():
 def test_the_prediction_knows_the_longer_steps():
     """Those of the crater's particles, since the ball's finer ones are softer, by the late sound speed, its shear wave
     and alpha."""
-    chosen, short = settings("1 ms", end_time=0.3), settings("1 ms", end_time=0.010)
+    rare = {"history_interval": 1.0}
+    chosen, short = settings("1 ms", end_time=0.3, **rare), settings("1 ms", end_time=0.010, **rare)
     finest = (4.0 / 3.0 * math.pi * 0.012**3 / cost_prediction.projectile_particles(chosen)) ** (1.0 / 3.0)
     wave = 100.0 * math.sqrt(1.0 + 4.0 / 3.0 * 22.7 / 26.7)
     assert 0.5 * SPACING < finest < SPACING
     step = chosen.courant * 0.5 * chosen.support * SPACING / ((1.0 + 0.45 * 0.62 * 0.1) * wave)
     assert cost_prediction.steps(chosen)[1] - cost_prediction.steps(short)[1] == pytest.approx(0.29 / step, rel=1e-6)
+    often = cost_prediction.steps(settings("1 ms", end_time=0.3, history_interval=2.5e-3))[1]
+    assert often - cost_prediction.steps(chosen)[1] == 119.0  # rows from 1 ms on, each of which cuts a step
     assert stage.predict(settings(None, end_time=0.3))["wall_s"] > 50.0 * stage.predict(chosen)["wall_s"]
 
 
 def test_still_longer_steps_are_predicted_too():
     """From 10 ms on at a tenth of the sound speed: 290 ms cost as much as 29 ms did, and progress counts them so."""
     slower = {"at": "1 ms", "sound_speed": "100 m/s", "slower": [{"at": "10 ms", "sound_speed": "10 m/s"}]}
-    whole, slow = settings("1 ms", end_time=0.3), settings(None, late=slower, end_time=0.3)
-    short = settings("1 ms", end_time=0.010)
+    rare = {"history_interval": 1.0}
+    whole, slow = settings("1 ms", end_time=0.3, **rare), settings(None, late=slower, end_time=0.3, **rare)
+    short = settings("1 ms", end_time=0.010, **rare)
     begun, total = cost_prediction.steps(short)[1], cost_prediction.steps(slow)[1]
     assert total - begun == pytest.approx(0.1 * (cost_prediction.steps(whole)[1] - begun), rel=1e-9)
     done = cost_prediction.work(slow)
@@ -294,16 +298,16 @@ def test_a_late_stage_after_the_end_is_refused():
 
 
 def test_the_viscosity_of_the_shock_may_go_alone(tmp_path):
-    """Every material keeps its moduli; the steps are those of its own sound at rest with the late alpha, and the
-    prediction counts them so."""
+    """Every material keeps its moduli and, for the prediction, its step at rest, without what fast ejecta ask for."""
     chosen = settings(None, late={"viscosity_at": "1 ms"}, end_time=1.5e-3)
     stage.run(chosen, tmp_path, tmp_path)
     report = json.loads((tmp_path / "stage_report.json").read_text())
     assert report["late"] is None and report["late_viscosity"] == {"alpha": 0.1, "beta": 10.0}
-    before, long = (cost_prediction.steps(settings(None, late=None, end_time=end))[1] for end in (1e-3, 0.101))
-    after = cost_prediction.steps(settings(None, late={"viscosity_at": "1 ms"}, end_time=0.101))[1] - before
-    shorter = (1.0 + 0.45 * 0.62 * 0.1) / (1.0 + 0.45 * 0.62 * chosen.alpha)
-    assert after / (long - before) == pytest.approx(shorter / 1.18, rel=1e-6)
+    rare = {"history_interval": 1.0, "late": None}
+    before, long = (cost_prediction.steps(settings(None, end_time=end, **rare))[1] for end in (1e-3, 0.101))
+    rare["late"] = {"viscosity_at": "1 ms"}
+    after = cost_prediction.steps(settings(None, end_time=0.101, **rare))[1] - before
+    assert after / (long - before) == pytest.approx(1.0 / 1.18, rel=1e-6)
 
 
 @pytest.mark.parametrize("late", [{}, {"at": "1 ms"}, {"sound_speed": "9 m/s", "viscosity_at": "1 ms"}])
