@@ -20,9 +20,9 @@ The viscosity of the shock goes earlier, when
 
     v(t) < c_0 / 6   and   c_0 t > FRONTS dx      dx: spacing of the particles of the crater
 
-(the wave is then a diameter of the crater as it is away, and the steep part of its front beyond the crater), at the
-latest at t_1, also where the sound speed is not lowered. Until then it brakes the flow, the more the coarser: kept
-until t_1 it leaves holes of 28.6, 32.3, 33.8 m3 in the shot at Ryugu with 12, 8, 5.5 cm, until 0.2 ms 36, 35, 36 m3
+(the wave is then a diameter of the crater as it is away, and as many spacings as a front is wide), at the latest at
+t_1, also where the sound speed is not lowered. Until then it brakes the flow, the more the coarser: kept until t_1 it
+leaves holes of 28.6, 32.3, 33.8 m3 in the shot at Ryugu with 12, 8, 5.5 cm, at 0.2 ms 37, 35, 36 m3
 (docs/results/sph_late).
 
 A slow projectile that stays whole, rho U^2 below its own strength, ploughs on: v is not less than its speed, which the
@@ -54,7 +54,7 @@ SOFTEST_START = 0.5
 """Largest first sound speed over that of the rock."""
 LATEST, LATEST_HELD = 0.5, 0.125
 """Latest first switch over the length of the run where weight and where cohesion ends the crater."""
-SLOW, FRONTS = 6.0, 5.0
+SLOW, FRONTS = 6.0, 10.0
 """Sound speed of the rock over that of the flow, and spacings between crater and wave, where the viscosity of the
 shock goes."""
 DRAG = 1.0
