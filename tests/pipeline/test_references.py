@@ -122,9 +122,9 @@ def test_laws_that_a_run_does_not_take_are_not_cited(tmp_path):
 
 def test_numerics_that_a_run_does_not_take_are_not_cited(tmp_path):
     former = ('sph.numerics="monaghan"',)
-    changed = (*former, 'sph.late={"at" = "10 min", "sound_speed" = "500 m/s"}')
-    plain, late = (cited(tmp_path, "valhalla_980km", sets=chosen, only=("sph",)) for chosen in (former, changed))
+    changed = (*former, 'sph.late={"at" = "10 us", "sound_speed" = "500 m/s"}')
+    plain, late = (cited(tmp_path, "nakamura_fujiwara", sets=chosen, only=("sph",)) for chosen in (former, changed))
     assert late - plain == {"RaducanJutzi2022", "MorrisMonaghan1997"}  # the last: alpha of the late stage
-    assert {"OttSchnetter2003", "Price2012"} <= cited(tmp_path, "valhalla_980km", only=("sph",)) - plain
+    assert {"OttSchnetter2003", "Price2012"} <= cited(tmp_path, "nakamura_fujiwara", only=("sph",)) - plain
     assert not {"Rosswog2000", "SpringelHernquist2002", "Monaghan2002"} & late
     assert "MonaghanLattanzio1985" in plain
