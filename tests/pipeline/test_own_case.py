@@ -287,13 +287,24 @@ def test_ground_whose_strength_is_not_known_is_said(tmp_path, material, said):
 
 
 @pytest.mark.validation
-def test_the_late_stage_that_follows_leaves_the_crater_of_the_rocks_own_sound_speed(tmp_path):
-    """Ten lines in a shock stage of 3,000 particles: depth and apparent diameter at the formation time within 8 % of a
-    run that keeps the moduli of the rock and takes the late viscosity at the same moment. Measured with 6,000: 3 and
-    2 %; without a late viscosity the crater stays narrower by a fifth (docs/results/sph_late)."""
-    few = {"case.stages": ["sph", "crater"], "sph.particles": 3000}
+@pytest.mark.parametrize(
+    "end",
+    [
+        "8 s",
+        pytest.param(
+            "16 s",
+            marks=pytest.mark.xfail(strict=True, reason="8.2 % deeper: not converged in c (docs/results/sph_late)"),
+        ),
+    ],
+)
+def test_the_late_stage_that_follows_leaves_the_crater_of_the_rocks_own_sound_speed(tmp_path, end):
+    """Ten lines in a shock stage of 3,000 particles: depth and apparent diameter at the formation time, and at twice
+    that, within 8 % of a run that keeps the moduli of the rock and takes the late viscosity at the same moment.
+    Measured with 6,000: 3 and 2 %; 8.1 % of the depth at twice the time. Without a late viscosity the crater stays
+    narrower by a fifth (docs/results/sph_late)."""
+    few = {"case.stages": ["sph", "crater"], "sph.particles": 3000, "sph.end_time": end}
     switch = settings_of(Request(cases.read(OWN)))["sph"].late.at
-    stiff = {"sph.end_time": "16 s", "sph.late": {"at": f"{switch} s", "sound_speed": "20 km/s"}}
+    stiff = {"sph.late": {"at": f"{switch} s", "sound_speed": "20 km/s"}}
 
     def crater(**settings):
         found = bolide.run(OWN, out=tmp_path, threads=1, quiet=True, **few, **settings).measures["final"]
