@@ -45,7 +45,7 @@ SAME = (
 )
 ACCEPT = "dem.accept=[" + ",".join(f'"{name}"' for name in deviations.SENTENCES) + "]"
 NO_TWIST = sets("dem.contact.shell.twisting=0")
-AT_15_MS = sets("sph.late.at=15 ms", "sph.late.sound_speed=20 m/s")
+AT_15_MS = sets("sph.late.at=15 ms", "sph.late.sound_speed=20 m/s", "sph.late.viscosity_at=15 ms")
 LATER = sets("sph.late.at=30 ms", "sph.late.sound_speed=20 m/s", "sph.late.viscosity_at=15 ms")
 SLOWER = (*AT_15_MS, *sets('sph.late.slower=[{at="4 s",sound_speed="5 m/s"},{at="30 s",sound_speed="1 m/s"}]'))
 ROWS = {

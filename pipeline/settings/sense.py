@@ -366,7 +366,7 @@ def in_words(settings: Mapping[str, Model]) -> str:
     if not hasattr(sph, "zones"):
         return ""
     expected = crater(sph)
-    if broken := _breaks(sph):
+    if "crater" not in settings and (broken := _breaks(sph)):
         return broken
     weight, strength = expected.weight, expected.ground.strength
     compared = None if sph.target.solid else settings.get("crater")  # of an ellipsoid or mesh it is not filled in

@@ -22,8 +22,8 @@ The viscosity of the shock goes earlier, when
 
 (the wave is then a diameter of the crater as it is away, and as many spacings as a front is wide), at the latest at
 t_1, also where the sound speed is not lowered. Until then it brakes the flow, the more the coarser: kept until t_1 it
-leaves holes of 28.6, 32.3, 33.8 m3 in the shot at Ryugu with 12, 8, 5.5 cm, at 0.2 ms 37, 35, 36 m3
-(docs/results/sph_late).
+leaves holes of 29, 32, 34 m3 in the shot at Ryugu with 12, 8, 5.5 cm; until 0.2 ms 36, 35, 36 m3; until 0.38 ms, by
+this rule, 32 m3 with 12 cm (docs/results/sph_late).
 
 A slow projectile that stays whole, rho U^2 below its own strength, ploughs on: v is not less than its speed, which the
 drag rho C_d pi a^2 U^2 / 2 lowers as
