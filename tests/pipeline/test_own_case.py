@@ -276,7 +276,8 @@ def test_a_crater_in_the_sea_and_a_body_that_breaks_get_no_grains(tmp_path):
         settings = settings_of(request)
         assert request.case.stages == stages and words in sense.in_words(settings), target
         assert settings["sph"].impact.expected_transient_diameter <= 2e3 or stages != ("sph",)
-    asked = cases.read(written(tmp_path, ball % "1 km", "200 m"), None, ['case.stages=["sph", "crater"]'], size="quick")
+    file = written(tmp_path, ball % "1 km", "200 m")
+    asked = cases.read(file, None, ['case.stages=["sph", "crater"]'], size="quick")
     assert "expected transient crater" in sense.in_words(settings_of(Request(asked, tmp_path)))
 
 
