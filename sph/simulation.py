@@ -303,7 +303,7 @@ class Simulation:
         reynolds = flow_reynolds.measure(
             position, c.velocity[mine], symmetry.copies(self.settings.symmetry) * c.mass[mine],
             0.5 * c.support_radius[mine],
-            i.forces.evaluated.sound[: len(c)][mine], fraction,
+            i.forces.evaluated.loading_sound[mine], fraction,
             c.density[mine], self.materials.bulk_density[c.material[mine]], i.damping.alpha,
             self.radius if target.shape == "sphere" else None,
         )  # fmt: skip

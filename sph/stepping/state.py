@@ -19,6 +19,9 @@ A particle that has lost its neighbours expands freely: its pressure and stress 
 left, consistently in force and energy, so that nothing is created; its remaining internal energy is booked in the
 history.
 
+Artificial viscosity goes by the speed of a wave that compresses further (``sph.porosity.loading_speed``): where pores
+close it is some tenth of that of sound.
+
 The step goes by the longitudinal speed, c_l^2 = c^2 + 4/3 G / (alpha rho). What cannot hold any shear stress (Y = 0:
 sand that has parted, melt) has no shear wave; such matter is not stiffer per mass for being thin, so that G / rho
 counts with the density at rest where that is larger. Ejecta of a hundredth of it would else set the step by ten times
@@ -42,7 +45,7 @@ from sph.materials import temperature
 from sph.materials.rows import Materials, Rows
 from sph.pairs import bearing_pressure
 from sph.pairs.row import RHO_INVERSE, SOUND, SUPPORT, VOLUME, VX, VY, VZ, WIDTH, XX, XY, XZ, YY, YZ, ZZ, X, Y, Z
-from sph.porosity import compaction_damage
+from sph.porosity import compaction_damage, loading_speed
 from sph.porosity import dispatch as porosity
 from sph.stepping import fine_particles
 from sph.strength import block_model, inertial_friction, thermal_softening, von_mises
@@ -68,6 +71,7 @@ class Response(NamedTuple):
 
     row: np.ndarray
     pressure: np.ndarray
+    sound: np.ndarray
     wave: np.ndarray
     damage_rate: np.ndarray
     damage_cap: np.ndarray
@@ -175,8 +179,8 @@ def _evaluate_some(block, cloud, rows, physics, out, pores, late, plastic, rate,
     position, velocity, mass, rho, u = cloud.position, cloud.velocity, cloud.mass, cloud.density, cloud.specific_energy
     h = cloud.support_radius
     stress, root_damage, material = cloud.stress, cloud.root_damage, cloud.material
-    row, pressure, wave, damage_rate, damage_cap = out.row, out.pressure, out.wave, out.damage_rate, out.damage_cap
-    status, strength, damage = out.status, physics.strength, physics.damage
+    row, pressure, sound, wave, status = out.row, out.pressure, out.sound, out.wave, out.status
+    damage_rate, damage_cap, strength, damage = out.damage_rate, out.damage_cap, physics.strength, physics.damage
     late_density, late_c2, linear = late.density, late.c2, len(late.c2) > 0
     for i in range(block * _BLOCK, min(len(mass), (block + 1) * _BLOCK)):
         m = material[i]
@@ -190,13 +194,18 @@ def _evaluate_some(block, cloud, rows, physics, out, pores, late, plastic, rate,
         if linear:
             soft = fine_particles.softness(mass[i], late.full[m])
             c2 = soft * late_c2[m]
+        closing2 = c2
         if pores is not None:
             a, slow = _close_pores(i, cloud, rows, pores, physics.crushing, late_density, c2)
         inv_distention = 1.0 / a
         if not linear:
             P, d_rho, d_u = eos.pressure_and_derivatives(rows.eos[m], rows.eos_row[m], a * rho[i], u[i])
             P *= inv_distention
-            c2 = slow * slow * (d_rho + P * inv_distention / (rho[i] * rho[i]) * d_u)
+            heating = P * inv_distention / (rho[i] * rho[i]) * d_u
+            c2 = slow * slow * (d_rho + heating)
+            closing2 = c2
+            if pores is not None and pores.strain_ratio[i, 0] < pores.strain_ratio[i, 1]:
+                closing2 = min(loading_speed.squared(d_rho, heating, P, rho[i], pores.strain_ratio[i, 0]), c2)
         else:
             P = c2 * (rho[i] - late_density[i])
             G *= soft
@@ -250,14 +259,14 @@ def _evaluate_some(block, cloud, rows, physics, out, pores, late, plastic, rate,
             P *= 1.0 - D
         P *= keep
         if not linear:
-            c2 = max(c2, rows.least_c2[m])
-        c = math.sqrt(c2) if keep > 0.0 else 0.0
-        pressure[i] = P
+            c2, closing2 = max(c2, rows.least_c2[m]), max(closing2, rows.least_c2[m])
+        c, closing = (math.sqrt(c2), math.sqrt(closing2)) if keep > 0.0 else (0.0, 0.0)
+        pressure[i], sound[i] = P, c
         wave[i] = math.sqrt(c * c + 4.0 / 3.0 * s * G / carrying) if strength else c
         r = row[i]
         r[X], r[Y], r[Z] = position[i, 0], position[i, 1], position[i, 2]
         r[VX], r[VY], r[VZ] = velocity[i, 0], velocity[i, 1], velocity[i, 2]
-        r[VOLUME], r[RHO_INVERSE], r[SUPPORT], r[SOUND] = mass[i] / rho[i], 1.0 / rho[i], h[i], c
+        r[VOLUME], r[RHO_INVERSE], r[SUPPORT], r[SOUND] = mass[i] / rho[i], 1.0 / rho[i], h[i], closing
         r[XX], r[XY], r[XZ] = s * sxx - P, s * sxy, s * sxz
         r[YY], r[YZ], r[ZZ] = s * syy - P, s * syz, -s * (sxx + syy) - P
 
@@ -279,27 +288,27 @@ def _evaluate(cloud, rows, physics, out, pores, late, plastic, rate, vibration):
 
 
 class Evaluated:
-    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, ``wave`` (longitudinal
-    speed), ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present ``distention``, and
+    """Work arrays of the evaluation, kept from step to step: ``row`` (n, 16), ``pressure``, speed of ``sound`` and of
+    the longitudinal ``wave``, ``damage_rate`` of D^(1/3) [1/s] and its ``damage_cap``, the present ``distention``, and
     ``strain_ratio`` (n, 2), by which the shear modulus is multiplied: strain of the matrix over that of the porous
     material (the factor f of P-alpha) in compression and in expansion, in the late stage a fine particle's softness
     (``sph.stepping.fine_particles``)."""
 
     def __init__(self, n: int):
         self.row = np.zeros((n, WIDTH))
-        self.pressure, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(4))
+        self.pressure, self.sound, self.wave, self.damage_rate, self.damage_cap = (np.zeros(n) for _ in range(5))
         self.distention, self.strain_ratio = np.ones(n), np.ones((n, 2))
         self.status = np.zeros(n, dtype=np.int8)
 
     @property
-    def sound(self) -> np.ndarray:
-        """Sound speed (n,) [m/s], as it stands in the rows."""
+    def loading_sound(self) -> np.ndarray:
+        """Speed (n,) [m/s] of a wave that compresses further, as it stands in the rows."""
         return self.row[: len(self.pressure), SOUND]
 
     @property
     def response(self) -> Response:
         """The arrays as the compiled loops take them."""
-        return Response(self.row, self.pressure, self.wave, self.damage_rate, self.damage_cap, self.status)
+        return Response(self.row, self.pressure, self.sound, self.wave, self.damage_rate, self.damage_cap, self.status)
 
     def state(self) -> dict[str, np.ndarray]:
         """What a resumed run needs before it evaluates again."""

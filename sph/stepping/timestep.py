@@ -34,7 +34,6 @@ import numpy as np
 from matter.compilation.jit import parallel_kernel, prange
 from sph.bodies.particle_cloud import Cloud
 from sph.pairs.rate_arrays import Rates
-from sph.pairs.row import SOUND
 from sph.pairs.scheme import Damping
 from sph.stepping.state import Evaluated, interaction_fraction
 
@@ -58,7 +57,7 @@ def _limits(cloud, rates, evaluated, alpha, beta, courant, signals, step, reason
     """Fill ``step`` (n,) [s] and ``reason`` (n,) from ``sph.bodies.particle_cloud.Fields``,
     ``sph.pairs.rate_arrays.Sums`` and ``sph.stepping.state.Response``."""
     h, u, gravity, count = cloud.support_radius, cloud.specific_energy, cloud.gravity, cloud.neighbours
-    wave, row = evaluated.wave, evaluated.row
+    wave, sound = evaluated.wave, evaluated.sound
     approach, acceleration, divergence = rates.approach, rates.acceleration, rates.divergence
     energy_rate, approaching = rates.energy, rates.approaching
     for i in prange(len(h)):
@@ -78,7 +77,7 @@ def _limits(cloud, rates, evaluated, alpha, beta, courant, signals, step, reason
         limit = 0.2 / (abs(divergence[i]) + 1e-30)
         if limit < best:
             best, why = limit, 3
-        limit = 0.3 * (max(u[i], 0.0) + 0.05 * row[i, SOUND] ** 2) / (abs(energy_rate[i]) + 1e-30)
+        limit = 0.3 * (max(u[i], 0.0) + 0.05 * sound[i] ** 2) / (abs(energy_rate[i]) + 1e-30)
         if limit < best:
             best, why = limit, 4
         step[i], reason[i] = best, why
