@@ -8,6 +8,7 @@ from pydantic import Field, model_validator
 
 from dem import collapse_durations
 from dem.contact.settings import Contact
+from dem.engines import deviations
 from dem.engines.deviations import Deviation
 from matter.case import at_rest
 from matter.case.at_rest import Densities
@@ -83,6 +84,8 @@ class Settings(Model):
             )
         if self.latest_time < self.end_time:
             raise ValueError(f"latest_time ({self.latest_time:g} s) must not be before end_time ({self.end_time:g} s)")
+        if missing := deviations.laws_missing(self.engine, self.contact):
+            raise ValueError(f"{missing}: take the native engine, or leave it out")
         if self.engine != "native" and self.springs_for not in ("auto", "bed"):
             raise ValueError(
                 f"springs_for = {self.springs_for:g} m/s needs contacts with offsets, which {self.engine} has not: "

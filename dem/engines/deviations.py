@@ -82,9 +82,7 @@ def needed(engine: str, scene: Scene, start: Start) -> list[str]:
 
 
 def check(engine: str, scene: Scene, needs: Sequence[str], accepted: Sequence[str]) -> None:
-    """Raise ``InputError`` for laws that the engine lacks, and with every deviation that is needed and not
-    accepted."""
-    _laws(engine, scene.contact)
+    """Raise ``InputError`` with every deviation that is needed and not accepted."""
     if engine == liggghts.NAME and len(frictions := liggghts.rolling_numbers(scene)) > 1:
         raise InputError(
             f"[dem] engine = {engine!r} takes one rolling friction for all contacts; this case has "
@@ -100,11 +98,11 @@ def check(engine: str, scene: Scene, needs: Sequence[str], accepted: Sequence[st
         )
 
 
-def _laws(engine: str, contact: Contact) -> None:
-    values = contact.model_dump()
-    for name, known in (("normal", "hooke"), ("tangential", "spring"), ("cohesion", "none")):
-        if values.get(name, known) != known:
-            raise InputError(
-                f"[dem.contact] {name} = {values[name]!r}: engine = {engine!r} is given {name} = {known!r} only; use "
-                f"engine = 'native'"
-            )
+def laws_missing(engine: str, contact: Contact) -> str:
+    """What the case asks of ``[dem.contact]`` that another engine is not given, or nothing."""
+    given = (("normal", contact.normal, "hooke"), ("cohesion", contact.cohesion, "none"))
+    return ", ".join(
+        f'[dem.contact] {key} = "{law}" (engine = "{engine}" is given "{known}" only)'
+        for key, law, known in given
+        if engine != "native" and law != known
+    )

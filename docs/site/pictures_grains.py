@@ -142,7 +142,9 @@ def turning(law: ModuleType, axes: Any) -> str:
 
 def cohesion(law: ModuleType, axes: Any) -> str:
     """The pull, and a collision at three speeds with it."""
-    p = law.Parameters(**{**law.EXAMPLE, "cohesion": 5e3 if "sjkr" not in law.__name__ else 2e5})
+    (strength,) = (key for key, least in law.Parameters._field_defaults.items() if least == 0.0)
+    unit = law.Parameters(**{**law.EXAMPLE, strength: 1.0})
+    p = unit._replace(**{strength: float(f"{300.0 / law.pull(2.5e-3, BODIES, unit):.1g}")})  # some 300 N in the middle
     x = np.linspace(0.0, 5e-3, 200)
     pull = np.array([law.pull(v, BODIES, p) for v in x])
     axes[0].plot(x * 1e3, pull / 1e3, "C1", label="pull")

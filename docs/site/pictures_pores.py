@@ -9,7 +9,7 @@ import numpy as np
 
 from sph.eos import tillotson
 from sph.materials.rows import collect
-from sph.porosity import compaction_damage, crush, crush_quadratic, dispatch
+from sph.porosity import compaction_damage, crush, crush_quadratic, dispatch, p_alpha, strain_alpha
 from sph.porosity.matrix import Matrix
 from sph.shock_states import compaction_wave
 
@@ -121,7 +121,36 @@ def waves(law: ModuleType, axes: Any) -> str:
     )
 
 
+def loading(law: ModuleType, axes: Any) -> str:
+    """Speeds of the wave that closes pores and of sound along two crush curves."""
+    rock = tillotson.EXAMPLE
+    for k, pores in enumerate((p_alpha, strain_alpha)):
+        kind, name = dispatch.FAMILY.laws.index(pores) + 1, pores.__name__.rpartition(".")[2].replace("_", "-")
+        row = dispatch.FAMILY.row(kind, pores.EXAMPLE, Matrix(rock.rho0, rock.A, crush_quadratic.EXAMPLE.Pe))
+        laws = kind, row, crush.FAMILY.kind("quadratic"), crush_quadratic.EXAMPLE, 0, np.array(rock)
+        way = []
+        for rho in np.linspace(rock.rho0 / row[0], rock.rho0, 200):
+            alpha, _rest, f, unloading, _slow = dispatch.compact(*laws, rho, 0.0, row[0], True)
+            P, d_rho, d_u = tillotson.pressure_and_derivatives(alpha * rho, 0.0, rock)
+            heating = P / (alpha * rho) ** 2 * d_u
+            if f < unloading:
+                speed = max(law.squared(d_rho, heating, P / alpha, rho, f), 0.0) ** 0.5
+                way.append((rho, alpha, speed, (d_rho + heating) ** 0.5))
+        rho, alpha, speed, sound = np.array(way).T
+        axes[0].plot(rho, speed, f"C{k}", label=name)
+        axes[0].plot(rho, sound, f"C{k}--", lw=1)
+        axes[1].plot(alpha, speed / sound, f"C{k}", label=name)
+    axes[0].set(xlabel="density with pores [kg/m$^3$]", ylabel="speed [m/s]")
+    axes[1].set(xlabel="distention", ylabel="that of the wave over that of sound", xlim=(1.5, 1.0))
+    axes[0].legend()
+    return (
+        "Basalt with the pores of the examples in the files, cold, squeezed until no pore is left. Left: speed of the "
+        "wave that closes pores (dashed: of sound where they stay). Right: one over the other."
+    )
+
+
 DRAWN = {
+    "sph/porosity/loading_speed": loading,
     "sph/porosity/p_alpha": path,
     "sph/porosity/strain_alpha": path,
     "sph/porosity/crush_": curve,

@@ -14,8 +14,9 @@ from matter.case.body import Model
 CHOICES: dict[str, tuple[Any, ...]] = {
     "bed.shape": ("whole",),
     "sph.symmetry": ("half",),
-    "sph.materials.NAME.eos": ("table",),
+    "sph.materials.NAME.eos": ("table", "murnaghan", "ideal_gas"),
     "dem.contact.normal": ("hertz",),
+    "dem.contact.cohesion": ("sjkr",),
 }
 """Path of a key, with ``NAME`` for any material -> the values that are experimental; an empty tuple: any but its
 default."""

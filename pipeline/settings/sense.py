@@ -216,12 +216,15 @@ def _unlikely(sph: Any) -> Iterator[str]:
 
 def _broken(sph: Any) -> Iterator[str]:
     """Cohesion that a case gives to ground that is broken from the start."""
+    from sph.materials.settings import law_of
+
     for name, choice in sph.materials.items():
-        given = (getattr(choice, "drucker_prager", None) or {}).get("cohesion", 0.0)
+        law = law_of(name, "strength", "none", choice)
+        given = (getattr(choice, law, None) or {}).get("cohesion", 0.0)
         cohesion = quantity.parse(given) if isinstance(given, str) else float(given)
         if sph.strength and choice.predamaged and cohesion > 0.0:
             yield (
-                f"[sph.materials.{name}] cohesion = {given} counts for nothing: what is broken "
+                f"[sph.materials.{name}.{law}] cohesion = {given} counts for nothing: what is broken "
                 f"from the start (predamaged) has none; with predamaged = false and [sph] damage = false it stays"
             )
 
@@ -316,8 +319,8 @@ def _cohesion_once(settings: Mapping[str, Model], sph: Any) -> Iterator[str]:
         else "the grains have cohesion and the shock stage none"
     )
     yield (
-        f"{alone}: shear keeps {angle_of_friction.COHESION_LEFT:.1%} of the pull between grains "
-        '([dem.contact] cohesion = "zhang"), and ground that is broken from the start (predamaged) has none'
+        f'{alone}: with [dem.contact] cohesion = "zhang" shear keeps {angle_of_friction.COHESION_LEFT:.2%} of the '
+        f"pull between grains, and ground that is broken from the start (predamaged) has none"
     )
 
 

@@ -99,7 +99,7 @@ def parameters(law: type, name: str, title: str, choice: CommonChoice = AS_PUBLI
     content = _of_file(name, title) if title in material.load(name) or not changes else {}
     values = {**content, **changes}
     faults = [f"{key}: the unit is missing" for key, value in values.items() if _lacks_unit(law, key, value)]
-    faults += [f"{key}: there is no such key any more: {_SAID_BY[key]} says it" for key in _following(law) & {*values}]
+    faults += [f"{key}: {_SAID_BY[key]} says it, not a key here" for key in _following(law) & {*values}]
     try:
         values = _validator(law).validate_python(values)
     except ValidationError as reason:

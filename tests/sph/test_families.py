@@ -60,7 +60,8 @@ def test_no_law_file_is_left_out_of_its_list():
 @pytest.mark.parametrize("case", LAWS, ids=title)
 def test_every_source_of_a_law_is_in_the_bibliography(case):
     family, number = case
-    assert set(family.module(number).SOURCES) <= set(bibliography.entries())
+    missing = set(family.module(number).SOURCES) - set(bibliography.entries())
+    assert not missing, f"add to pipeline/settings/references.bib: {', '.join(sorted(missing))}"
 
 
 @pytest.mark.parametrize("case", [case for case in LAWS if hasattr(case[0].module(case[1]), "EXAMPLE")], ids=title)
@@ -94,6 +95,32 @@ def test_a_yield_law_mixes_damage_if_and_only_if_it_says_so(module):
     row = padded(strength.FAMILY, strength.FAMILY.row(number, module.EXAMPLE))
     whole, broken = (strength.yield_stress(number, row, 1e8, 0.0, D) for D in (0.0, 1.0))
     assert (broken < whole) == module.MIXES_DAMAGE
+
+
+@pytest.mark.parametrize("module", strength.FAMILY.laws, ids=strength.FAMILY.title)
+def test_a_yield_law_ends_in_tension_rubs_and_hardens_as_it_says(module):
+    """Its tip and its hardening reach it through the family, and pressure raises it if and only if it ``RUBS``."""
+    number = strength.FAMILY.laws.index(module) + 1
+    row = strength.FAMILY.row(number, module.EXAMPLE)
+    values, one = (row if hasattr(module, "Row") else module.EXAMPLE), padded(strength.FAMILY, row)
+    low, high = (strength.yield_stress(number, one, P, 0.0, 1.0) for P in (1e6, 1e8))
+    assert (high > low) == getattr(module, "RUBS", False), "RUBS = True where pressure raises the yield stress"
+    tip = module.apex(0.0, 0.5, values) if hasattr(module, "apex") else 1e300
+    assert strength.apex(number, one, 0.0, 0.5) == tip
+    assert strength.yield_stress(number, one, -1.01 * tip, 0.0, 0.5) == 0.0 or tip == 1e300, "it ends: define apex"
+    hard = module.hardening(0.3, values) if getattr(module, "HARDENS", False) else 1.0
+    assert strength.hardening(number, one, 0.3) == hard
+
+
+@pytest.mark.parametrize("module", strength.FAMILY.laws, ids=strength.FAMILY.title)
+def test_a_yield_law_is_softened_by_the_melt_energy_of_its_material(module):
+    number = strength.FAMILY.laws.index(module) + 1
+    assert "melt_energy" in module.Parameters._fields, "Parameters ends in melt_energy: Annotated[..., Follows()]"
+    row = strength.FAMILY.row(number, module.EXAMPLE._replace(melt_energy=1e6))
+    cold, half, molten = (
+        strength.yield_stress(number, padded(strength.FAMILY, row), 1e8, u, 0.0) for u in (0.0, 5e5, 1e6)
+    )
+    assert cold > half > molten == 0.0
 
 
 def test_a_law_without_a_needed_function_is_named():

@@ -263,11 +263,11 @@ def test_a_value_for_a_law_that_is_not_taken_is_refused():
         ),
         (
             {"strength": "collins", "collins": {"melt_energy": "1 MJ/kg"}},
-            r"melt_energy: there is no such key any more: \[melting\] energy says it",
+            r"melt_energy: \[melting\] energy says it, not a key here",
         ),
         (
             {"eos": "table", "table": {"rho0": "2650 kg/m^3", "file": "x", "temperature": "200 K"}},
-            r"temperature: there is no such key any more: \[thermal\] temperature says it",
+            r"temperature: \[thermal\] temperature says it, not a key here",
         ),
         ({"eos": "murnaghan"}, r"has no \[murnaghan\]"),
     ],
