@@ -16,13 +16,15 @@ from matter.wording.crater_measures import BY_NAME, COMPARED, TIME, Measure
 
 RISE_LIMIT = 0.15
 """In expected transient diameters: what rises higher is in flight and takes no part in heights."""
-_KINDS = {"m": Length, "m^3": Volume}
+_KINDS = {"m": Length, "m^3": Volume, "1": float}
 
 
 def of_each_measure(name: str, words: str, kind: Callable[[Any, Measure], Any]) -> Any:
     """A settings model called ``name`` that holds, or leaves out, one entry for each measure that is compared;
     ``kind(quantity, row)`` gives its type."""
     rows = [BY_NAME[measure] for measure in COMPARED]
+    if odd := [f"{row.name} [{row.unit}]" for row in rows if row.unit not in _KINDS]:
+        raise TypeError(f"{', '.join(odd)}: a measure that is compared is in {', '.join(_KINDS)}")
     fields: dict[str, Any] = {
         row.name: (kind(_KINDS[row.unit], row) | None, Field(None, description=f"Of the {row.words}.")) for row in rows
     }

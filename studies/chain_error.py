@@ -75,7 +75,7 @@ def write(study: ErrorStudy, rows: Sequence[Row], command: str, file: Path) -> N
 def _entry(row: Row) -> dict[str, str]:
     factor, unit = expected.scale(row.measure, row.mean)
     cells = {"value": row.mean, "measuring": row.measuring, **row.parts}
-    return {name: f"{cell * factor:.4g} {unit}" for name, cell in cells.items()}
+    return {name: f"{cell * factor:.4g} {unit}".rstrip() for name, cell in cells.items()}
 
 
 if __name__ == "__main__":

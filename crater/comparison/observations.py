@@ -118,6 +118,11 @@ def read(path: Path) -> Observation:
 
 
 def _number(path: Path, key: str, text: Any, unit: str = "") -> float:
+    if unit == "1":
+        try:
+            return float(text)
+        except (TypeError, ValueError):
+            raise InputError(f"{path.name}: {key} = {text!r} is no number") from None
     if not isinstance(text, str):
         raise InputError(f'{path.name}: {key} = {text!r} is no text with a unit: write it like "{text} {unit or "m"}"')
     try:

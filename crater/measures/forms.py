@@ -57,12 +57,14 @@ def crest_heights(cells: np.ndarray, ruler: Ruler, rim: float) -> np.ndarray:
     return (ruler.fine @ cells)[near].max(axis=0) if near.any() else np.full(cells.shape[1], np.nan)
 
 
-def by_azimuth(cells: np.ndarray, ruler: Ruler, outermost: float, rim: float) -> dict[str, list[float]]:
-    """Apparent radius and crest height of every sector, counted from +x of the crater's axes; NaN where there is
-    none."""
+def by_azimuth(
+    cells: np.ndarray, rounded: np.ndarray, ruler: Ruler, outermost: float, rim: float
+) -> dict[str, list[float]]:
+    """Apparent radius of every sector in ``cells`` as they lie, and its crest height in those that were made round,
+    where the crest stands at ``rim`` all round; counted from +x of the crater's axes; NaN where there is none."""
     azimuth = (np.arange(cells.shape[1]) + 0.5) * 360.0 / cells.shape[1]
     radii = sector_radii(cells, ruler, outermost)
-    crests = crest_heights(cells, ruler, rim) if np.isfinite(rim) else np.full(cells.shape[1], np.nan)
+    crests = crest_heights(rounded, ruler, rim) if np.isfinite(rim) else np.full(cells.shape[1], np.nan)
     return {"azimuth_deg": azimuth.tolist(), "apparent_radius_m": radii.tolist(), "crest_height_m": crests.tolist()}
 
 

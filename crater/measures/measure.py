@@ -244,6 +244,7 @@ def read_off(
     first = shape_of(cells.mean(axis=1), ruler, ground.datum, None, outermost)
     if not np.isfinite(first.apparent) or first.depth <= 0.0:
         return _none(ground, profile, notes, "no closed hollow: the wall does not rise to the datum")
+    as_it_lies = cells
     cells, ellipticity = _round(cells, ruler, first.apparent)
     mean = cells.mean(axis=1)
     finder = make_crest_finder(ruler, mean, first.apparent, first.depth)
@@ -252,7 +253,7 @@ def read_off(
     draws = _pairs_of_sectors(rng, cells.shape[1])
     hollow = Hollow(ground, radius, cells, ruler, finder, base, outermost, draws, errors, ellipticity, level)
     notes = {**notes, "by_method": hollow.by_method, **_relief_facts(ground, ruler, mean, base.apparent)}
-    notes["by_azimuth"] = forms.by_azimuth(cells, ruler, outermost, base.rim)
+    notes["by_azimuth"] = forms.by_azimuth(as_it_lies, cells, ruler, outermost, base.rim)
     shallow = _shallow_reason(quantities.depth_m(hollow), hollow)
     missing = {"": "", "diameter": shallow, "rim": shallow or _rim_reason(quantities.rim_height_m(hollow), hollow)}
     measured = {

@@ -14,7 +14,7 @@ from crater.comparison.difference import MATCH, profile_difference, resampled, v
 from matter.errors import InputError
 from matter.files import archive
 from matter.wording import drawing, readable
-from matter.wording.crater_measures import BY_NAME, COMPARED, RATIOS
+from matter.wording.crater_measures import BY_NAME, COMPARED, RATIOS, UNITS
 
 __all__ = ["Crater", "compare", "differences", "load", "profile_difference"]
 
@@ -268,11 +268,13 @@ def _shown(entry: tuple[float, float, float] | None, key: str) -> str:
     if entry is None:
         return "-"
     value, minus, plus = entry
-    scale, unit = (1e-9, "km3") if key == "volume_m3" else (1e-3, "km")
+    scale, unit = (1e-9, " km3") if key == "volume_m3" else (1e-3, " km")
     if (key == "volume_m3" and abs(value) < 1e7) or (key != "volume_m3" and abs(value) < 1e3):
-        scale, unit = 1.0, unit[1:]
+        scale, unit = 1.0, f" {unit[2:]}"
+    if UNITS[key] == "1":
+        scale, unit = 1.0, ""
     if not math.isfinite(minus + plus):
-        return f"{value * scale:.4g} {unit}"
+        return f"{value * scale:.4g}{unit}"
     if abs(minus - plus) < 1e-9 * max(abs(plus), 1e-300):
-        return f"{value * scale:.4g} +- {plus * scale:.2g} {unit}"
-    return f"{value * scale:.4g} +{plus * scale:.3g}/-{minus * scale:.3g} {unit}"
+        return f"{value * scale:.4g} +- {plus * scale:.2g}{unit}"
+    return f"{value * scale:.4g} +{plus * scale:.3g}/-{minus * scale:.3g}{unit}"

@@ -318,7 +318,10 @@ def draw_comparison(craters: Sequence[Crater], path: Path) -> None:
     axis.set(
         xlabel=f"distance from the crater's axis along the datum [{unit}]", ylabel=f"height above the datum [{unit}]"
     )
-    axis.legend(frameon=False, fontsize=8)
+    if any(crater.profile is not None for crater in craters):
+        axis.legend(frameon=False, fontsize=8)
+    else:
+        axis.text(0.5, 0.5, "none of these craters has a profile", ha="center", transform=axis.transAxes)
     sizes.set_yticks([-k for k in range(len(craters))], [textwrap.fill(c.label, 46) for c in craters], fontsize=8)
     sizes.set_ylim(-len(craters) + 0.5, 0.5)
     sizes.set_xlabel(

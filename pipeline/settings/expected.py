@@ -267,7 +267,10 @@ def _settled(run: Path) -> bool:
 
 
 def scale(measure: str, value: float) -> tuple[float, str]:
-    """Factor from SI and the unit that a measure of such a size is written in: km for what is kilometres large."""
+    """Factor from SI and the unit that a measure of such a size is written in: km for what is kilometres large, none
+    for a ratio."""
+    if UNITS[measure] == "1":
+        return 1.0, ""
     if UNITS[measure] == "m^3":
         return (1e-9, "km^3") if value >= 1e8 else (1.0, "m^3")
     return (1e-3, "km") if value >= 2e3 else (1.0, "m")
@@ -287,10 +290,10 @@ def text(case: cases.Case, run: Path) -> str:
     words = {**_WORDS, "final": _WORDS["final"] if _settled(run) else "last snapshot (no final crater)"}
     for one in verdicts(expected, measures):
         factor, unit = scale(one.measure, one.expected)
-        name = f"{words[one.crater]} {BY_NAME[one.measure].noun}"
+        unit, name = f" {unit}".rstrip(), f"{words[one.crater]} {BY_NAME[one.measure].noun}"
         said = "agrees" if one.agrees else f"differs by {abs(one.deviation):.1f} sigma"
         lines.append(
-            f"  {name:<44} {one.value * factor:.4g} {unit}, expected {one.expected * factor:.4g} +- "
-            f"{one.sigma * factor:.2g} {unit}: {said}"
+            f"  {name:<44} {one.value * factor:.4g}{unit}, expected {one.expected * factor:.4g} +- "
+            f"{one.sigma * factor:.2g}{unit}: {said}"
         )
     return "\n".join(lines)

@@ -383,13 +383,15 @@ def in_words(settings: Mapping[str, Model]) -> str:
             else f"{text}; nothing ends its growth"
         )
     if expected.material in LIQUIDS:
-        return f"{text}; waves close a cavity in a liquid, not grains: the chain ends with the shock stage"
+        ends = "" if "dem" in settings else ": the chain ends with the shock stage"
+        return f"{text}; waves close a cavity in a liquid, not grains{ends}"
     if strength <= 0.0:
         return f"{text}; the ground has no cohesion: gravity regime (rho g D = {_pressure(weight)})"
+    collapses = "dem" in settings
     verdict = (
-        "strength holds it: the chain ends with the shock stage and the measuring"
+        "strength holds it" + ("" if collapses else ": the chain ends with the shock stage and the measuring")
         if expected.held
-        else "gravity regime: a collapse stage follows"
+        else "gravity regime" + (": a collapse stage follows" if collapses else "")
     )
     return (
         f"{text}; its strength at this size is {_pressure(strength)}, {strength / weight:.2g} times rho g D = "

@@ -138,6 +138,8 @@ def test_ellipse_is_measured_as_the_circle_of_equal_area():
     found = measure(Particles(synthetic.as_fields(position, spacing)), "plane")
     error, truth, _ = errors(found, shape)
     assert found["ellipticity"].value == pytest.approx(1 - 1 / 1.3, abs=0.06)
+    low, high = np.nanpercentile(found.notes["by_azimuth"]["apparent_radius_m"], (10, 90))  # exact: 1.283
+    assert high / low == pytest.approx(1.283, abs=0.06)
     assert abs(error["diameter_apparent_m"]) < 0.03 * truth["diameter_apparent_m"]
     centre = np.asarray(found.datum.centre)
     assert np.hypot(centre[0] - 0.2, centre[1] - 0.1) < 0.4 * spacing

@@ -115,7 +115,9 @@ NEW_MEASURE = r"""
 import sys, types
 from pathlib import Path
 import matter.wording
-row = 'Measure("hole_m", "m", "depth of the hole", "hole", "hole", terminal=True, compared=True, match=0.3, column=6),'
+unit, worded = {unit!r}, {text!r}
+row = f'Measure("hole_m", "{{unit}}", "depth of the hole", "hole", "hole", terminal=True, compared=True, '
+row += 'match=0.3, column=6),'
 source = Path("matter/wording/crater_measures.py").read_text()
 source = source.replace(")  # fmt: skip\n\nBY_NAME", row + ")\n\nBY_NAME", 1)
 table = types.ModuleType("matter.wording.crater_measures")
@@ -124,7 +126,7 @@ exec(source, table.__dict__)
 assert table.TABLE[-1].name == "hole_m"
 from crater.measures import quantities
 from crater.measures.uncertainty import Quantity
-quantities.hole_m = lambda hollow: Quantity(hollow.base.depth, 0.1, "m")
+quantities.hole_m = lambda hollow: Quantity(hollow.base.depth, 0.1, unit)
 
 sys.path.insert(0, {here!r})
 import numpy as np
@@ -153,14 +155,21 @@ assert "hole_m" in values and "hole_m" in difference.verdict(values, values, Non
 one = craters.Crater("one", values, None)
 assert "hole / 1st" in compare._printed([one, craters.Crater("two", values, None)], "")
 assert "hole_m_ratio" in compare._table([one])
-assert settings.Errors(hole_m="1 m").hole_m == 1.0
-assert expected.Crater(hole_m={{"value": "1 m", "measuring": "1 m"}}).hole_m.value == 1.0
-known = settings.Published(quantity="hole_m", value="1 m", plus="1 m", minus="1 m", source="made up")
+assert settings.Errors(hole_m=worded).hole_m == 1.0
+assert expected.Crater(hole_m={{"value": worded, "measuring": worded}}).hole_m.value == 1.0
+known = settings.Published(quantity="hole_m", value=worded, plus=worded, minus=worded, source="made up")
 assert known.quantity == "hole_m"
+factor, of = expected.scale("hole_m", 5.0)
+assert f"{{5.0 * factor:g}} {{of}}".rstrip() == "5" + worded[1:]
+assert "5" + worded[1:] in compare._shown((5.0, np.nan, np.nan), "hole_m").replace("5.000", "5")
+from crater.comparison import observations
+entry = {{"value": worded, "minus": worded, "plus": worded}}
+assert observations._measure(out / "x.toml", "hole_m", entry) == (1.0, 1.0, 1.0)
 """
 
 
-def test_a_new_measure_takes_one_row_and_one_function(tmp_path):
-    code = NEW_MEASURE.format(here=str(Path(__file__).parent), out=str(tmp_path))
+@pytest.mark.parametrize(("unit", "text"), [("m", "1 m"), ("1", "1")])
+def test_a_new_measure_takes_one_row_and_one_function(tmp_path, unit, text):
+    code = NEW_MEASURE.format(here=str(Path(__file__).parent), out=str(tmp_path), unit=unit, text=text)
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False)
     assert done.returncode == 0, done.stderr[-2000:]

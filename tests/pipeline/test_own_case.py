@@ -64,6 +64,8 @@ def test_a_half_space_is_filled_in_for_every_projectile(tmp_path, size, held):
     assert f"in {sph.target.layers[-1].material}, by the scaling laws of " in sense.in_words(settings)
     assert case.stages == (("sph", "crater") if held else ("sph", "bed", "handoff", "dem", "crater"))
     assert ("strength holds it" in sense.in_words(settings)) == held
+    assert ("the chain ends" in sense.in_words(settings)) == held  # unless a case asks for a collapse all the same
+    assert "chain ends" not in sense.in_words(dict(settings, dem=settings["sph"]))
     rows = prediction.predictions(request, settings)
     assert resolution.count(sph.target, sph.zones) == pytest.approx(20_000, rel=0.03)
     assert sum(row["wall_s"] for row in rows.values()) < 3600.0
