@@ -224,7 +224,7 @@ def _broken(sph: Any) -> Iterator[str]:
         cohesion = quantity.parse(given) if isinstance(given, str) else float(given)
         if sph.strength and choice.predamaged and cohesion > 0.0:
             yield (
-                f"[sph.materials.{name}.{law}] cohesion = {given} counts for nothing: what is broken "
+                f"[sph.materials.{name}] cohesion = {given} counts for nothing: what is broken "
                 f"from the start (predamaged) has none; with predamaged = false and [sph] damage = false it stays"
             )
 
