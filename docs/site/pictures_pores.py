@@ -122,7 +122,7 @@ def waves(law: ModuleType, axes: Any) -> str:
 
 
 def loading(law: ModuleType, axes: Any) -> str:
-    """Speeds of the wave that closes pores and of sound along two crush curves."""
+    """Speeds of the compaction wave and of sound along two crush curves."""
     rock = tillotson.EXAMPLE
     for k, pores in enumerate((p_alpha, strain_alpha)):
         kind, name = dispatch.FAMILY.laws.index(pores) + 1, pores.__name__.rpartition(".")[2].replace("_", "-")
@@ -141,11 +141,11 @@ def loading(law: ModuleType, axes: Any) -> str:
         axes[0].plot(rho, sound, f"C{k}--", lw=1)
         axes[1].plot(alpha, speed / sound, f"C{k}", label=name)
     axes[0].set(xlabel="density with pores [kg/m$^3$]", ylabel="speed [m/s]")
-    axes[1].set(xlabel="distention", ylabel="that of the wave over that of sound", xlim=(1.5, 1.0))
+    axes[1].set(xlabel="distention", ylabel="compaction wave over sound", xlim=(1.5, 1.0))
     axes[0].legend()
     return (
         "Basalt with the pores of the examples in the files, cold, squeezed until no pore is left. Left: speed of the "
-        "wave that closes pores (dashed: of sound where they stay). Right: one over the other."
+        "compaction wave (dashed: of sound). Right: one over the other."
     )
 
 

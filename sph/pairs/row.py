@@ -9,7 +9,7 @@ X, Y, Z, SUPPORT, VOLUME = range(5)
 line."""
 VX, VY, VZ = range(5, 8)
 RHO_INVERSE, SOUND = 8, 9
-"""1 / rho [m^3/kg], speed [m/s] of a wave that compresses further: that of sound unless pores close."""
+"""1 / rho [m^3/kg], speed [m/s] of a compression wave: of sound, while pores close of the compaction wave."""
 XX, XY, XZ, YY, YZ, ZZ = range(10, 16)
 """Effective total stress sigma [Pa]."""
 WIDTH = 16

@@ -1,4 +1,4 @@
-"""Speed of a wave that compresses porous material further.
+"""Speed of the compaction wave in porous material.
 
 While pores close along the crush curve, d alpha / d rho = (f - 1) alpha / rho (f: strain of the matrix over that of
 the whole, ``sph.porosity``), the pressure P = P_s(alpha rho, u) / alpha rises without heat from outside, du / d rho =

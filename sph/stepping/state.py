@@ -19,8 +19,8 @@ A particle that has lost its neighbours expands freely: its pressure and stress 
 left, consistently in force and energy, so that nothing is created; its remaining internal energy is booked in the
 history.
 
-Artificial viscosity goes by the speed of a wave that compresses further (``sph.porosity.loading_speed``): where pores
-close it is some tenth of that of sound.
+Artificial viscosity takes the speed of the compaction wave while pores close (``sph.porosity.loading_speed``), a tenth
+to a third of that of sound.
 
 The step goes by the longitudinal speed, c_l^2 = c^2 + 4/3 G / (alpha rho). What cannot hold any shear stress (Y = 0:
 sand that has parted, melt) has no shear wave; such matter is not stiffer per mass for being thin, so that G / rho
@@ -302,7 +302,7 @@ class Evaluated:
 
     @property
     def loading_sound(self) -> np.ndarray:
-        """Speed (n,) [m/s] of a wave that compresses further, as it stands in the rows."""
+        """Speed (n,) [m/s] of sound, or of the compaction wave while pores close, as it stands in the rows."""
         return self.row[: len(self.pressure), SOUND]
 
     @property
