@@ -15,12 +15,16 @@ the shell was up to a half too high and the blast ran ahead. Omega is 1 where h 
 kept within ``LEAST`` and ``MOST``.
 
 h dW/dh = -3 W - r dW/dr for a kernel of three dimensions; the particle itself, r = 0, belongs to the sum.
+
+On the way the loop finds how full each neighbourhood is, -(1 / 3 eta_i) sum_j V0_j r dW/dr over what a lattice has:
+what a contact between two bodies goes by (``sph.pairs.body_contact``).
 """
 
 from __future__ import annotations
 
 import functools
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -39,12 +43,13 @@ _BLOCK = 64
 
 @functools.cache
 def _loop(scheme: Scheme):
-    """The compiled loop (rows, pairs, start_support, least, most, at_rest, omega) of a scheme; fills ``omega``."""
+    """The compiled loop (rows, pairs, start_support, least, most, at_rest, omega) of a scheme; fills ``omega`` and
+    ``rows.filled``."""
     kernel = scheme.kernel
 
     @parallel_kernel(fastmath=True)
     def _scale(rows, pairs, start_support, least, most, at_rest, omega):
-        row, start_density = rows.row, rows.start_density
+        row, start_density, filled = rows.row, rows.start_density, rows.filled
         n = len(omega)
         for block in prange((n + _BLOCK - 1) // _BLOCK):
             wide = 0
@@ -56,20 +61,23 @@ def _loop(scheme: Scheme):
                 for k in range(0, padded, LANES):
                     narrow_columns(row, pairs.partner, pairs.first[i], k, s)
                 x, y, z, h = row[i, X], row[i, Y], row[i, Z], row[i, SUPPORT]
-                total = 0.0
+                total, around = 0.0, 0.0
                 for k in range(padded):
                     dx, dy, dz = x - s[X, k], y - s[Y, k], z - s[Z, k]
                     hij = 0.5 * (h + s[SUPPORT, k])
                     r2 = dx * dx + dy * dy + dz * dz
                     r = math.sqrt(r2)
                     W, F = kernels.kernel(kernel, r, hij), kernels.gradient_factor(kernel, r, hij)
-                    total -= s[VOLUME, k] * (3.0 * W + r2 * F)
+                    around -= s[VOLUME, k] * r2 * F
+                    total -= 3.0 * s[VOLUME, k] * W
+                total += around
                 W = kernels.kernel(kernel, 0.0, h)
                 total -= 3.0 * (1 - (padded - pairs.number[i])) * row[i, VOLUME] * W
                 eta = row[i, RHO_INVERSE] * start_density[i]
                 free = h > 1.0001 * least * start_support[i] and h < 0.9999 * most * start_support[i]
-                value = min(max((1.0 + total / (3.0 * eta)) / at_rest, LEAST), MOST)
+                value = min(max((1.0 + total / (3.0 * eta)) / at_rest.omega, LEAST), MOST)
                 omega[i] = value if free else 1.0
+                filled[i] = around / (3.0 * eta * at_rest.full)
 
     return _scale
 
@@ -90,13 +98,22 @@ def _divide(density_rate, divergence, omega):
         divergence[i] /= omega[i]
 
 
-def at_rest(support: float, kernel: str) -> float:
-    """What the sum says of Omega in an undisturbed lattice, for the support radius [spacings] of a kernel."""
+class LatticeSums(NamedTuple):
+    """What the sums say of an undisturbed lattice: of ``omega``, and how ``full`` a neighbourhood is."""
+
+    omega: float
+    full: float
+
+
+CONTINUUM = LatticeSums(1.0, 1.0)
+
+
+def at_rest(support: float, kernel: str) -> LatticeSums:
+    """The sums in an undisturbed lattice, for the support radius [spacings] of a kernel."""
     law, r = kernels.FAMILY.laws[kernels.FAMILY.kind(kernel)], hexagonal_distances(support)
-    total = 3.0 * law.kernel(0.0, support) + sum(
-        3.0 * law.kernel(x, support) + x * x * law.gradient_factor(x, support) for x in r
-    )
-    return float(1.0 - total / 3.0)
+    full = -sum(x * x * law.gradient_factor(x, support) for x in r) / 3.0
+    number = law.kernel(0.0, support) + sum(law.kernel(x, support) for x in r)
+    return LatticeSums(float(1.0 - number + full), float(full))
 
 
 def scale(
@@ -106,12 +123,12 @@ def scale(
     start_support: np.ndarray,
     limits: tuple[float, float],
     omega: np.ndarray,
-    at_rest: float = 1.0,
+    at_rest: LatticeSums = CONTINUUM,
 ) -> None:
     """Fill ``omega`` (n,) from rows turned by ``sph.pairs.start_volumes`` (images included), and put P / Omega into
-    the first n of them.
+    the first n of them; ``rows.filled`` (n,) becomes how full their neighbourhoods are.
 
-    ``at_rest`` is the sum's value in an undisturbed lattice.
+    ``at_rest``: the sums in an undisturbed lattice.
     """
     _loop(scheme)(rows, Pairs.from_neighbours(neighbours), start_support, limits[0], limits[1], at_rest, omega)
     _apply(rows.row, omega)

@@ -33,11 +33,11 @@ import numpy as np
 from matter.compilation.gather import LANES, columns, narrow_columns, scratch_width
 from matter.compilation.jit import fast_min, parallel_kernel, prange
 from sph.kernels import dispatch as kernels
-from sph.pairs import bearing_pressure, block_contact, conductivity
+from sph.pairs import bearing_pressure, body_contact, conductivity
 from sph.pairs.rate_arrays import Rates
 from sph.pairs.row import (
+    BODY,
     ENERGY,
-    MATERIAL,
     RHO_INVERSE,
     SLOPE,
     SOUND,
@@ -72,12 +72,13 @@ _BLOCK = 64
 def pair_loop(scheme: Scheme):
     """The compiled loop ``(rows, pairs, matter, damping, out)`` of a scheme; in: ``Rows``, ``Pairs``, ``Matter`` and
     ``Damping`` of ``sph.pairs.scheme``; out: ``sph.pairs.rate_arrays.Sums``."""
-    kernel, reconstructed, corrected, switched, with_blocks = scheme
+    kernel, reconstructed, corrected, switched, with_bodies = scheme
     conducting, extra_rows, extra_width = scheme.conducting, scheme.extra_rows, scheme.extra_width
 
     @parallel_kernel(fastmath=True)
     def _pairs(rows, pairs, matter, damping, out):
         row, extra, start_density, inverse = rows.row, rows.extra, rows.start_density, rows.inverse
+        filled = rows.filled
         # numba's parallel loops write arrays that have names of their own, not those inside a tuple
         acceleration, density_rate, energy_rate, stress_rate = out.acceleration, out.density, out.energy, out.stress
         divergence, approach, number = out.divergence, out.approach, out.number
@@ -111,9 +112,10 @@ def pair_loop(scheme: Scheme):
                 if switched:
                     fraction = extra[i, VISCOSITY_FRACTION]
                 if conducting:
-                    kind, u_i = extra[i, MATERIAL], extra[i, ENERGY]
-                if with_blocks:
-                    body = extra[i, MATERIAL]
+                    body, u_i = body_contact.body_of(extra[i, BODY]), extra[i, ENERGY]
+                if with_bodies:
+                    approaches = body_contact.approach_of(extra[i, BODY], body)
+                    parts = body_contact.parting_fraction(filled[i], -(txx + tyy + tzz))
                 if reconstructed:
                     exx, exy, exz = extra[i, SLOPE], extra[i, SLOPE + 1], extra[i, SLOPE + 2]
                     eyy, eyz, ezz = extra[i, SLOPE + 3], extra[i, SLOPE + 4], extra[i, SLOPE + 5]
@@ -158,13 +160,20 @@ def pair_loop(scheme: Scheme):
                         * monaghan.viscous_pressure(mu, 0.5 * (c_i + s[SOUND, k]), damping.alpha, damping.beta)
                     )
                     inside = 1.0 if r < hij else 0.0
+                    if conducting:
+                        other = body_contact.body_of(t[BODY, k])
+                    if with_bodies:
+                        across = body_contact.surface(body, other)
+                        closed = min(approaches, body_contact.approach_of(t[BODY, k], other))
+                        closed = 1.0 - across * (1.0 - closed)
+                        viscous_term *= closed
                     if switched:
                         viscous_term *= 0.5 * (fraction + t[VISCOSITY_FRACTION, k])
                     slowest = fast_min(slowest, mu * inside)
                     near += inside
                     heat += volume * rho_sum * inv_rho_volume * viscous_term * vr * F
                     if conducting:
-                        alike = damping.conductivity if t[MATERIAL, k] == kind else 0.0
+                        alike = damping.conductivity if other == body else 0.0
                         speed = conductivity.exchange(mu, 0.5 * (c_i + s[SOUND, k]))
                         heat += alike * V * mean_density_ratio * speed * r * (u_i - t[ENERGY, k]) * F
                     q = V * F * r2
@@ -177,22 +186,23 @@ def pair_loop(scheme: Scheme):
                     w = V * inv_rho_ref
                     sxx, sxy, sxz = txx + s[XX, k], txy + s[XY, k], txz + s[XZ, k]
                     syy, syz, szz = tyy + s[YY, k], tyz + s[YZ, k], tzz + s[ZZ, k]
-                    if with_blocks:
+                    if with_bodies:
                         along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
                         along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
-                        cut = block_contact.cut(body, t[MATERIAL, k], along)
-                        opens = cut if vr > 0.0 else 0.0
+                        pushed = 1.0 if along < 0.0 else 1.0 - across
+                        seen = closed if vr < 0.0 else 1.0 - across * (1.0 - parts)
+                        # what the velocity gradient below counts as work, or does not, and the force does
                         heat += (
-                            (cut - opens)
+                            (seen - pushed)
                             * w
                             * (
                                 ux * (txx * gx + txy * gy + txz * gz)
                                 + uy * (txy * gx + tyy * gy + tyz * gz)
                                 + uz * (txz * gx + tyz * gy + tzz * gz)
                             )
-                        )  # what the velocity gradient below counts of it as work
-                        w *= 1.0 - cut
-                        ux, uy, uz = (1.0 - opens) * ux, (1.0 - opens) * uy, (1.0 - opens) * uz
+                        )
+                        w *= pushed
+                        ux, uy, uz = seen * ux, seen * uy, seen * uz
                     if not corrected:
                         ax += w * (sxx * gx + sxy * gy + sxz * gz) - viscous_term * gx
                         ay += w * (sxy * gx + syy * gy + syz * gz) - viscous_term * gy

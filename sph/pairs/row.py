@@ -18,9 +18,9 @@ SLOPE = 0
 """Extra row: first of the six columns of E [1/s], xx xy xz yy yz zz (``sph.viscosity.reconstructed``)."""
 VISCOSITY_FRACTION = 6
 """Extra row: fraction of the artificial viscosity (``sph.viscosity.switch``)."""
-MATERIAL = 6
-"""Extra row, in the column of ``VISCOSITY_FRACTION``: number of the material (``sph.pairs.conductivity``), of a
-particle in a block that of ``sph.pairs.block_contact``."""
+BODY = 6
+"""Extra row, in the column of ``VISCOSITY_FRACTION``: whose the particle is and how full its neighbourhood
+(``sph.pairs.body_contact``)."""
 ENERGY = 7
 """Extra row: specific energy u [J/kg] (``sph.pairs.conductivity``)."""
 TENSOR = 7

@@ -15,15 +15,15 @@ class Scheme(NamedTuple):
 
     kernel : number of the kernel in ``sph.kernels.dispatch``; reconstructed : ``numerics = "reconstructed"``, its
     viscosity and sums weighted by the volumes of the start; corrected : ``gradients = "corrected"``; switched : a
-    ``viscosity_switch``; with_blocks : whether there are blocks, which nothing holds to what is not theirs
-    (``sph.pairs.block_contact``).
+    ``viscosity_switch``; with_bodies : whether there is more than the ground, a projectile or blocks
+    (``sph.pairs.body_contact``).
     """
 
     kernel: int = 0
     reconstructed: bool = False
     corrected: bool = False
     switched: bool = False
-    with_blocks: bool = False
+    with_bodies: bool = False
 
     @property
     def conducting(self) -> bool:
@@ -58,13 +58,14 @@ class Pairs(NamedTuple):
 
 class Rows(NamedTuple):
     """What the particles bring to the pairs: ``row`` and ``extra`` (n and images, 16; ``sph.pairs.row``),
-    ``start_density`` (n,) [kg/m^3] and ``inverse`` (n, 6), the correction B of the gradients; empty where the scheme
-    does not read them."""
+    ``start_density`` (n,) [kg/m^3], ``inverse`` (n, 6), the correction B of the gradients, and how ``filled`` (n,) the
+    neighbourhoods are (``sph.pairs.length_terms``); empty where the scheme does not read them."""
 
     row: np.ndarray
     extra: np.ndarray
     start_density: np.ndarray
     inverse: np.ndarray
+    filled: np.ndarray
 
 
 class Matter(NamedTuple):

@@ -11,9 +11,9 @@ from sph.bodies.particle_cloud import Cloud
 from sph.boundary.images import Images
 from sph.materials.rows import Materials
 from sph.materials.rows import Rows as MaterialRows
-from sph.pairs import block_contact, gradients, length_terms, start_volumes
+from sph.pairs import body_contact, gradients, length_terms, start_volumes
 from sph.pairs import rates as pair_rates
-from sph.pairs.row import ENERGY, MATERIAL, SLOPE, VISCOSITY_FRACTION, VOLUME
+from sph.pairs.row import BODY, ENERGY, SLOPE, VISCOSITY_FRACTION, VOLUME
 from sph.pairs.scheme import Rows
 from sph.stepping import state
 from sph.stepping.late import LateStageMedium
@@ -38,12 +38,17 @@ class PairForces:
 
     def __init__(self, cloud: Cloud, numerics: Numerics, images: Images | None):
         self.numerics, self.images = numerics, images
-        self.scheme = numerics.scheme._replace(with_blocks=len(cloud.block) > 0)
+        self._projectile_apart = body_contact.resolved(
+            cloud.initial_position, cloud.start_support / numerics.support, cloud.layer < 0
+        )
+        several = numerics.scheme.conducting and (len(cloud.block) > 0 or self._projectile_apart)
+        self.scheme = numerics.scheme._replace(with_bodies=several)
         self.evaluated = state.Evaluated(len(cloud))
         self.rates = pair_rates.Rates(len(cloud))
         self._gradient_scale = numerics.gradient_scale
         self._omega = np.ones(len(cloud) if self.scheme.reconstructed else 0)
-        self._omega_at_rest = length_terms.at_rest(numerics.support, numerics.kernel)
+        self._filled = np.ones(len(cloud) if self.scheme.reconstructed else 0)
+        self._lattice = length_terms.at_rest(numerics.support, numerics.kernel)
         self._inverse = np.zeros((len(cloud) if self.scheme.corrected else 0, 6))
         self._extra = np.zeros((0, self.scheme.extra_width))
 
@@ -65,7 +70,7 @@ class PairForces:
         limits = self.numerics.limits_of_length
         if limits is not None:
             length_terms.scale(
-                self.scheme, self.rows(cloud), pairs, cloud.start_support, limits, self._omega, self._omega_at_rest
+                self.scheme, self.rows(cloud), pairs, cloud.start_support, limits, self._omega, self._lattice
             )
             self._fill_images(cloud, time)
         if self._gradient_scale != 1.0:
@@ -89,7 +94,7 @@ class PairForces:
 
     def rows(self, cloud: Cloud) -> Rows:
         """The rows that the loops over pairs read."""
-        return Rows(self.evaluated.row, self._extra, cloud.start_density, self._inverse)
+        return Rows(self.evaluated.row, self._extra, cloud.start_density, self._inverse, self._filled)
 
     def _evaluate_state(
         self,
@@ -127,11 +132,14 @@ class PairForces:
         if self.scheme.reconstructed:
             self._extra[:n, SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.conducting:
-            self._extra[:n, MATERIAL] = cloud.material
             self._extra[:n, ENERGY] = cloud.specific_energy
-        if self.scheme.with_blocks:
+            # variants of one material bear its name (``sph.bodies.rubble``)
             kind = np.array([materials.names.index(name) for name in materials.names])[cloud.material]
-            self._extra[:n, MATERIAL] = block_contact.bodies(kind, cloud.block)
+            body_contact.write(
+                body_contact.bodies(kind, cloud.block, self._projectile_apart & (cloud.layer < 0)),
+                self._filled,
+                self._extra[:n, BODY],
+            )
         if self.scheme.corrected:
             gradients.correct(self.scheme, self.rows(cloud), pairs)
         if self.images is not None:

@@ -49,11 +49,12 @@ def set_up(materials: Materials, speed: float, radius: float, cells: int, reach:
     r, z = (np.arange(wide) + 0.5) * h, (np.arange(-low, high) + 0.5) * h
     ball = filled(r, z, h, radius)
     fraction = ball + (z < 0.0)
-    rho0 = float(materials.rows.rho0[0])
-    conserved = np.zeros((wide, low + high, 4))
+    rho0 = float(materials.bulk_density[0])
+    conserved = np.zeros((wide, low + high, 5))
     conserved[:, :, godunov.MASS] = rho0 * fraction
     conserved[:, :, godunov.ALONG_Z] = -rho0 * speed * ball
     conserved[:, :, godunov.ENERGY] = 0.5 * rho0 * speed**2 * ball
+    conserved[:, :, godunov.DISTENDED] = float(materials.rows.alpha0[0]) * conserved[:, :, godunov.MASS]
     i, k = np.nonzero(fraction >= 0.5)
     return Flow(conserved, h, -low * h, materials, np.column_stack([r[i], z[k]]))
 
@@ -64,7 +65,7 @@ def struck(
     """Runs until the shock has passed ``reach`` radii below the contact."""
     flow = set_up(materials, speed, radius, cells, reach, above)
     first = flow.position.copy()
-    mass = 2.0 * np.pi * first[:, 0] * flow.h**2 * float(materials.rows.rho0[0])
+    mass = 2.0 * np.pi * first[:, 0] * flow.h**2 * float(materials.bulk_density[0])
     flow.run(reach * radius / float(flow.state[0, 0, godunov.C]))
     return Markers(first / radius, mass, first[:, 1] > 0.0, flow.peak), flow
 

@@ -16,7 +16,7 @@ EMPTY = 1e-3
 
 @dataclass
 class Flow:
-    """``conserved`` (nr, nz, 4: columns of ``godunov``) in square cells of size ``h`` [m], the lowest face at
+    """``conserved`` (nr, nz, 5: columns of ``godunov``) in square cells of size ``h`` [m], the lowest face at
     ``bottom`` [m]; one material of ``materials``; markers at ``position`` (n, 2: r, z) [m] with their largest pressure
     ``peak`` (n,) [Pa]. ``ends``: what the boundaries are in r (inner, outer) and z (lower, upper); ``empty``:
     fraction of the density at rest up to which a cell counts as empty.
@@ -34,7 +34,7 @@ class Flow:
 
     def __post_init__(self) -> None:
         nr, nz = self.conserved.shape[:2]
-        self.state = np.zeros((nr, nz, 6))
+        self.state = np.zeros((nr, nz, 7))
         self.peak = np.zeros(len(self.position))
         faces = np.arange(nr + 1.0) * self.h
         self.lines = (faces, 0.5 * np.diff(faces**2)), (np.ones(nz + 1), np.full(nz, self.h))
@@ -42,7 +42,10 @@ class Flow:
 
     def _states(self) -> float:
         rows = self.materials.rows
-        return godunov.states(self.conserved, self.state, rows.eos[0], rows.eos_row[0], self.empty * rows.rho0[0])
+        material = (
+            rows.eos[0], rows.eos_row[0], rows.porosity[0], rows.pores[0], rows.crush[0], rows.crush_row[0]
+        )  # fmt: skip
+        return godunov.states(self.conserved, self.state, material, self.empty * rows.rho0[0] / rows.alpha0[0])
 
     def totals(self) -> np.ndarray:
         """Mass [kg], momentum along z [N s] and energy [J] of the whole block."""

@@ -8,8 +8,9 @@ in cells about the axis of symmetry, by sweeps along r and z in turn (Strang 196
 velocities, pressure and specific energy by limited slopes (van Leer 1974), moves them on by half a step (Hancock), and
 takes the flux between the two states at each face from the solver of Harten, Lax and van Leer with a contact (HLLC:
 Toro, Spruce & Speares 1994, Shock Waves 4, 25). Pressure and energy are both reconstructed, so faces need no equation
-of state and a contact stays at one pressure. Empty cells have density zero. The code shares nothing with the particles
-of the shock stage but the scalar law of the material.
+of state and a contact stays at one pressure. Pores move with the matter: rho alpha is conserved but for what closes.
+Empty cells have density zero. The code shares nothing with the particles of the shock stage but the scalar laws of
+the material.
 """
 
 from __future__ import annotations
@@ -20,34 +21,46 @@ import numpy as np
 
 from matter.compilation.jit import kernel, law
 from sph.eos import dispatch
+from sph.porosity import dispatch as porosity
 
-MASS, ACROSS_R, ALONG_Z, ENERGY = range(4)
-"""Columns of what is conserved, a cubic metre: mass, both momenta, energy."""
-RHO, VR, VZ, P, U, C = range(6)
-"""Columns of the state: density, velocities, pressure, specific energy, sound speed."""
+MASS, ACROSS_R, ALONG_Z, ENERGY, DISTENDED = range(5)
+"""Columns of what is conserved, a cubic metre: mass, both momenta, energy, rho alpha."""
+RHO, VR, VZ, P, U, C, ALPHA = range(7)
+"""Columns of the state: density, velocities, pressure, specific energy, sound speed, distention."""
 REFLECTING, OPEN = 0, 1
 
 
 @kernel
-def states(conserved, state, kind, row, empty):
-    """Fills ``state`` (nr, nz, 6) from what is conserved (nr, nz, 4); returns the fastest signal [m/s].
+def states(conserved, state, material, empty):
+    """Fills ``state`` (nr, nz, 7) from what is conserved (nr, nz, 5), closes pores; returns the fastest signal [m/s].
+    ``material``: kind and row of the equation of state, of the pores, of their crush curve.
 
     A cell of no more than the density ``empty`` [kg/m^3] counts as empty: what it holds stays, until more comes.
     """
     fastest = 0.0
+    kind, row, pores, pores_row, crush, crush_row = material
     for i in range(conserved.shape[0]):
         for k in range(conserved.shape[1]):
             rho = conserved[i, k, MASS]
             if rho <= empty:
-                for column in range(6):
+                for column in range(7):
                     state[i, k, column] = 0.0
                 continue
             vr, vz = conserved[i, k, ACROSS_R] / rho, conserved[i, k, ALONG_Z] / rho
             u = max(conserved[i, k, ENERGY] / rho - 0.5 * (vr * vr + vz * vz), 0.0)
-            pressure, d_rho, d_u = dispatch.pressure_and_derivatives(kind, row, rho, u)
-            c = math.sqrt(max(d_rho + max(pressure, 0.0) / (rho * rho) * d_u, 0.0))
+            alpha, slow = max(conserved[i, k, DISTENDED] / rho, 1.0), 1.0
+            if pores > 0:
+                alpha, rest, _, _, slow = porosity.compact(
+                    pores, pores_row, crush, crush_row, kind, row, rho, u, alpha, True
+                )
+                conserved[i, k, DISTENDED] = rho * rest
+            pressure, d_rho, d_u = dispatch.pressure_and_derivatives(kind, row, alpha * rho, u)
+            pressure /= alpha
+            d_u /= alpha
+            c = slow * math.sqrt(max(d_rho + max(pressure, 0.0) / (rho * rho) * d_u, 0.0))
             state[i, k, RHO], state[i, k, VR], state[i, k, VZ] = rho, vr, vz
             state[i, k, P], state[i, k, U], state[i, k, C] = max(pressure, 0.0), u, c
+            state[i, k, ALPHA] = conserved[i, k, DISTENDED] / rho
             fastest = max(fastest, max(abs(vr), abs(vz)) + c)
     return fastest
 
@@ -102,7 +115,7 @@ def bound(line, n, ends):
                 inside = 3 - g if end == 0 else n + g
             else:
                 inside = 2 if end == 0 else n + 1
-            for column in range(6):
+            for column in range(7):
                 line[ghost, column] = line[inside, column]
             if ends[end] == REFLECTING:
                 line[ghost, 1] = -line[inside, 1]
@@ -138,6 +151,15 @@ def reconstruct(line, n, area, volume, dt, low, high, middle):
         middle[i] = max(p + d_p, 0.0)
 
 
+@law
+def upwind(line, left, rightwards):
+    """The distention that matter takes along through the face between the cells ``left`` and ``left`` + 1."""
+    i, side = (left, 0.5) if rightwards else (left + 1, -0.5)
+    if i == 0 or i == len(line) - 1 or line[i - 1, 0] <= 0.0 or line[i + 1, 0] <= 0.0:
+        return line[i, 6]
+    return line[i, 6] + side * limited(line[i, 6] - line[i - 1, 6], line[i + 1, 6] - line[i, 6])
+
+
 @kernel
 def sweep(conserved, state, axis, area, volume, dt, ends):
     """One sweep along ``axis`` (0: r, 1: z) by ``dt`` [s]; ``area`` of faces and ``volume`` of cells on a line (per
@@ -145,15 +167,15 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
     n, lines = conserved.shape[axis], conserved.shape[1 - axis]
     across, along = (VR, VZ) if axis == 0 else (VZ, VR)
     normal, other = (ACROSS_R, ALONG_Z) if axis == 0 else (ALONG_Z, ACROSS_R)
-    line = np.empty((n + 4, 6))
+    line = np.empty((n + 4, 7))
     low, high = np.empty((n + 4, 5)), np.empty((n + 4, 5))
-    through = np.empty((n + 1, 4))
+    through = np.empty((n + 1, 5))
     middle = np.empty(n + 4)
     for j in range(lines):
         for i in range(n):
             cell = state[i, j] if axis == 0 else state[j, i]
             line[i + 2, 0], line[i + 2, 1], line[i + 2, 2] = cell[RHO], cell[across], cell[along]
-            line[i + 2, 3], line[i + 2, 4], line[i + 2, 5] = cell[P], cell[U], cell[C]
+            line[i + 2, 3], line[i + 2, 4], line[i + 2, 5], line[i + 2, 6] = cell[P], cell[U], cell[C], cell[ALPHA]
         bound(line, n, ends)
         reconstruct(line, n, area, volume, dt, low, high, middle)
         for f in range(n + 1):
@@ -161,6 +183,7 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
             through[f, 0], through[f, 1], through[f, 2], through[f, 3] = flux(
                 a[0], a[1], a[2], a[3], a[4], line[f + 1, 5], b[0], b[1], b[2], b[3], b[4], line[f + 2, 5]
             )
+            through[f, 4] = through[f, 0] * upwind(line, f + 1, through[f, 0] > 0.0)
         for i in range(n):
             cell = conserved[i, j] if axis == 0 else conserved[j, i]
             scale, left, right = dt / volume[i], area[i], area[i + 1]
@@ -168,3 +191,4 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
             cell[normal] -= scale * (right * through[i + 1, 1] - left * through[i, 1] - (right - left) * middle[i + 2])
             cell[other] -= scale * (right * through[i + 1, 2] - left * through[i, 2])
             cell[ENERGY] -= scale * (right * through[i + 1, 3] - left * through[i, 3])
+            cell[DISTENDED] -= scale * (right * through[i + 1, 4] - left * through[i, 4])

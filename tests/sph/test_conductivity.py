@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from fixtures import columns, shocks, solutions
 from sph.materials.rows import collect
 from sph.pairs import conductivity, rates, scheme
-from sph.pairs.row import ENERGY, MATERIAL, SLOPE
+from sph.pairs.row import BODY, ENERGY, SLOPE
 from sph.stepping.numerics import SETS
 from studies import sph_peak_pressure
 from tests.sph.test_rates import _Cloud, rows_of
@@ -28,7 +28,7 @@ def exchanged(kinds, warmth, k=8.0):
     c, found = _Cloud(1000), []
     second = np.zeros((1000, 8))
     second[:, SLOPE : SLOPE + 6] = np.random.default_rng(5).normal(size=(1000, 6)) * 0.1
-    second[:, MATERIAL], second[:, ENERGY] = kinds, warmth
+    second[:, BODY], second[:, ENERGY] = kinds, warmth
     for coefficient in (k, 0.0):
         out = rates.Rates(1000, strain_rate=True)
         chosen = scheme.Scheme(reconstructed=True)

@@ -52,7 +52,8 @@ def evaluate(c, alpha=0.0, beta=0.0, first=False, kernel="cubic_spline"):
     if first:
         start_volumes.turn(row, c.start_density)
     chosen = scheme.Scheme(kernel=KERNELS.kind(kernel), reconstructed=first, corrected=True)
-    rows = scheme.Rows(row, np.zeros((len(c.mass), 16)), c.start_density, np.zeros((len(c.mass), 6)))
+    n = len(c.mass)
+    rows = scheme.Rows(row, np.zeros((n, 16)), c.start_density, np.zeros((n, 6)), np.ones(n))
     gradients.correct(chosen, rows, c.found)
     c.summed(chosen, rows, out, rates.Damping(alpha, beta))
     return out, rows.inverse

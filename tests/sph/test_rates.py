@@ -19,13 +19,15 @@ def rows_of(
     row: np.ndarray,
     extra: np.ndarray | None = None,
     start_density: np.ndarray | None = None,
+    filled: np.ndarray | None = None,
 ) -> scheme.Rows:
-    """``scheme.Rows`` with empty arrays for what is None."""
+    """``scheme.Rows`` with empty arrays for what is None, and full neighbourhoods."""
     return scheme.Rows(
         row,
         np.zeros((0, row.shape[1])) if extra is None else extra,
         np.zeros(0) if start_density is None else start_density,
         np.zeros((0, 6)),
+        np.ones(len(row)) if filled is None else filled,
     )
 
 

@@ -25,7 +25,7 @@ def test_plates_meet_at_the_exact_pressure(aluminium, speed):
     """Within 1e-3 over the plateau; markers keep it too."""
     exact = impedance.planar(aluminium, "aluminum", "aluminum", speed)
     rho0, n = float(aluminium.rows.rho0[0]), 120
-    conserved = np.zeros((3, 2 * n, 4))
+    conserved = np.zeros((3, 2 * n, 5))
     conserved[:, :, godunov.MASS] = rho0
     conserved[:, n:, godunov.ALONG_Z] = -rho0 * speed
     conserved[:, n:, godunov.ENERGY] = 0.5 * rho0 * speed**2
@@ -45,7 +45,7 @@ def test_a_blast_runs_as_sedov_says():
     """Front within 2 % along the axis, along the plane and between."""
     n, energy = 90, 1.0
     h = 1.0 / n
-    conserved = np.zeros((n, n, 4))
+    conserved = np.zeros((n, n, 5))
     conserved[:, :, godunov.MASS] = 1.0
     conserved[:, :, godunov.ENERGY] = 1e-9
     hot = np.hypot(*np.meshgrid(np.arange(n) + 0.5, np.arange(n) + 0.5)) < 3.0

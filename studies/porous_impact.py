@@ -1,0 +1,67 @@
+"""A ball strikes porous ground without friction, by the shock stage and by a grid code: what the flow gets of the
+ball's energy and momentum, by the number of particles to its radius.
+
+    python studies/porous_impact.py [--out docs/results/porous_impact] [--particles 2 2.63 5.26 10.5] [--cells 10 20 40]
+
+Set-up: ``fixtures/porous_impact.py``. Prints the tables and draws both codes at 20 ms.
+"""
+
+from __future__ import annotations
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+from fixtures import porous_impact, porous_source
+
+ROOT = Path(__file__).resolve().parents[1]
+TIMES = [5e-3, 10e-3, 15e-3, 20e-3]
+
+
+def main() -> int:
+    """Both grounds: tables and picture."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "results" / "porous_impact")
+    parser.add_argument("--particles", type=float, nargs="*", default=[2.0, 2.63, 5.26, 10.5], help="to the radius")
+    parser.add_argument("--cells", type=int, nargs="*", default=[10, 20, 40], help="to the radius")
+    given = parser.parse_args()
+    given.out.mkdir(parents=True, exist_ok=True)
+    figure, axes = plt.subplots(2, 2, figsize=(8.4, 5.6), sharex=True, layout="constrained")
+    print(
+        "| ground | code | ms | kinetic energy left | momentum outwards | upwards | depth on the axis, a | wall time |"
+    )
+    print("|---" * 8 + "|")
+    for side, name in enumerate(porous_source.GROUNDS):
+        for words, code, sizes, mark in (
+            ("cells", porous_impact.in_cells, given.cells, "ks-"),
+            ("particles", porous_impact.in_particles, given.particles, "o-"),
+        ):
+            last = []
+            for size in sizes:
+                begun = time.perf_counter()
+                found = code(name, TIMES, size)
+                took = time.perf_counter() - begun
+                for at, one in zip(TIMES, found):
+                    numbers = " | ".join(f"{value:.3f}" for value in one)
+                    print(f"| {name} | {size:g} {words} | {1e3 * at:g} | {numbers} | {took:.0f} s |", flush=True)
+                last.append(found[-1])
+            for row, key in enumerate(("kinetic", "outwards")):
+                axes[row, side].plot([1.0 / s for s in sizes], [getattr(one, key) for one in last], mark, label=words)
+        axes[0, side].set(title=name)
+        axes[1, side].set(xlabel="size over the ball's radius", xlim=(0.0, None))
+    axes[0, 0].set(ylabel="kinetic energy left at 20 ms")
+    axes[1, 0].set(ylabel="momentum outwards over the ball's")
+    axes[0, 0].legend(frameon=False)
+    figure.savefig(given.out / "impulse.png", dpi=80)
+    return 0
+
+
+if __name__ == "__main__":
+    raise SystemExit(main())
