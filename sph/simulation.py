@@ -26,6 +26,7 @@ from sph.bodies import target as bodies
 from sph.bodies.particle_cloud import Cloud
 from sph.boundary.edge import Edge
 from sph.materials import rows as material_rows
+from sph.pairs import body_contact
 from sph.settings import Settings
 from sph.stepping import flow_reynolds, individual_steps, sides_and_floor, watch
 from sph.stepping.environment import Environment
@@ -73,9 +74,9 @@ class Simulation:
     def _integrator(self, cloud: Cloud) -> Integrator:
         s = self.settings
         planes = sides_and_floor.images(s, self.bottom)
-        environment = Environment(
-            s.target.attracts, s.target.gravity, planes, self.edge, None if s.target.flat else self.radius, s.symmetry
-        )
+        until = body_contact.ends(2.0 * self.impact.projectile.radius, self.impact.speed, s.support * s.zones.contact)
+        sphere = None if s.target.flat else self.radius
+        environment = Environment(s.target.attracts, s.target.gravity, planes, self.edge, sphere, s.symmetry, until)
         return Integrator(cloud, self.materials, self.radius, s, environment)
 
     @property

@@ -1,29 +1,34 @@
-"""Where two bodies touch: the projectile and the ground, a block and the ground about it or another block.
+"""Where two bodies touch: a block and the ground about it, or another block; the projectile and what it strikes.
 
-A kernel feels the other body across the gap before the two touch. Counted as any other pair, that approach compresses
-both by the half of the neighbourhood that a surface lacks: plates of aluminium that come together at 5 km/s end with
-1.6 times the pressure of the planar limit in the layers at the contact and 0.3 spacings too far apart, at 500 m/s with
-twice the limit and 0.6. Three rules, of pairs across the surface between two bodies:
+**Blocks.** A pair across the surface of a block passes on compression and the shear that goes with it, and no tension:
 
-* **The approach is compression of the matter as far as the gap has closed.** The neighbourhood is full to
+    F_ij = 0 where  r . (sigma_i + sigma_j) . r > 0     (r the way between the two)
+
+Matter on its own side bears what its material bears. The gap that opens where such a pair parts is no expansion of
+either: their velocity gradients see the partner move along. Otherwise a block in ground that flies apart would be
+stretched, and drawn together, by what it does not touch.
+
+**The projectile, while it goes in.** A kernel feels the other body across the gap before the two touch. Counted as any
+other pair, that approach compresses both by the half of the neighbourhood that a surface lacks: plates of aluminium
+that come together at 5 km/s end with 1.6 times the pressure of the planar limit in the layers at the contact and 0.3
+spacings too far apart, at 500 m/s with twice the limit and 0.6. So there is no tension either, and
+
+* the approach compresses as far as the gap has closed. The neighbourhood is full to
 
       f_i = -(1 / 3 eta_i) sum_j V0_j r_ij dW/dr (r_ij, h_ij) / (the same sum in a lattice),
 
   2/3 of it at a surface without a partner; the velocity gradient and the viscosity count the least of what both
-  partners' f allow (``approach_fraction``: nothing below ``GAP``, all of it from ``CLOSED`` on).
-* **No tension:** force where r . (sigma_i + sigma_j) . r < 0 (r the way between the two), none elsewhere. Matter on
-  its own side bears what its material bears.
-* **Parting is expansion while matter is compressed** (P_i > 0) and no further than what surrounds it fills: beyond
-  f_i = ``CROWDED`` the density would fall below what the positions say. The gap that opens between two bodies is no
-  expansion of either. Otherwise a block in ground that flies apart would be stretched, and drawn together, by what it
-  does not touch.
+  partners' f allow (``approach_fraction``: nothing below ``GAP``, all of it from ``CLOSED`` on);
+* parting expands what is compressed (P_i > 0), and no further than what surrounds it fills: beyond f_i = ``CROWDED``
+  the density would fall below what the positions say.
+
+Once the projectile is in, it is matter of the ground (``ends``): in loosened ground no neighbourhood is full, and what
+is left of it would go through unseen. So is a projectile of fewer than ``RESOLVED`` spacings to its radius, which
+fills no neighbourhood. (As a body of its own, copper of a third of a spacing flew into Ryugu's ground: a hole of 43.7
+m^3 for 34.1. Against a grid code, ``studies/porous_impact.py``, balls of two spacings do better so, of one worse.)
 
 What the force does and the velocity gradient does not see, or the other way round, is heat, so that momentum and total
 energy are kept as of any pair.
-
-A projectile of fewer than ``RESOLVED`` spacings to its radius fills no neighbourhood: it is matter of the ground. (As
-a body of its own, copper of a third of a spacing flew into Ryugu's ground unseen: a hole of 43.7 m^3 for 34.1. Against
-a grid code, ``studies/porous_impact.py``, balls of two spacings and more do better so, of one worse.)
 
 Each particle says whose it is: the number of its material in the ground, ``PROJECTILE`` more in the projectile, -1 - b
 in block b. Layers of the ground, and parts of a projectile, have no surface between them. Heat (``conductivity``)
@@ -45,6 +50,8 @@ CROWDED, OVERFULL = 1.1, 1.3
 """How full a neighbourhood is from which on parting counts less, and from which on not at all."""
 RESOLVED = 1.5
 """Spacings to a projectile's radius, of its own and of the finest ground, from which on it is a body of its own."""
+LASTS = 2.0
+"""How long a projectile goes in, over the time in which it would cover its diameter."""
 PROJECTILE = 1024
 _SCALE = 2.0  # of the approach_fraction in the fraction of a code, which stays below 1
 
@@ -54,6 +61,12 @@ def surface(one, other):
     """1 between two bodies, else 0; ``one`` and ``other`` whose the partners are."""
     apart = one != other and (min(one, other) < 0.0 or (one >= PROJECTILE) != (other >= PROJECTILE))
     return 1.0 if apart else 0.0
+
+
+@law
+def struck(one, other):
+    """1 between the projectile and another body, else 0."""
+    return 1.0 if (one >= PROJECTILE) != (other >= PROJECTILE) else 0.0
 
 
 @law
@@ -97,9 +110,14 @@ def resolved(position: np.ndarray, spacing: np.ndarray, projectile: np.ndarray) 
     return radius >= RESOLVED * coarsest
 
 
+def ends(diameter: float, speed: float, away: float) -> float:
+    """When the projectile is in [s]: its ``diameter``, ``speed``, and how far ``away`` it starts; SI."""
+    return (away + LASTS * diameter) / speed
+
+
 def bodies(material: np.ndarray, block: np.ndarray, projectile: np.ndarray) -> np.ndarray:
     """Whose each particle is (n,), from its material and its block (n,; without blocks empty), and whether it is a
-    ``resolved`` projectile's."""
+    projectile's that is a body of its own."""
     whose = np.where(projectile, material + PROJECTILE, material)
     return np.where(block >= 0, -1 - block, whose) if len(block) else whose
 

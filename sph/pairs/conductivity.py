@@ -12,9 +12,9 @@ heat creep through any body under its own weight; with the root of the viscosity
 0.6 of its core's heat in a turn.) What one partner loses the other gains, and heat flows from hot to cold. Between
 particles of one material only: the specific energy of another says nothing of its temperature.
 
-What single particles at first contact overshoot is this heat too: of an ice ball on ice at 18.2 km/s, planar limit 111
-GPa, the largest pressures are 169 (target) and 222 GPa (ball) without, 131 and 158 with k = 8. Weak shocks keep the
-heat of their first layer: nothing is overshot there that matters.
+What single particles at first contact overshoot is in part this heat: of an ice ball on ice at 18.2 km/s, planar limit
+111 GPa, the largest pressures are 125 (target) and 130 GPa (ball) without, 109 and 118 with k = 8. Weak shocks keep
+the heat of their first layer: nothing is overshot there that matters.
 """
 
 from matter.compilation.jit import law

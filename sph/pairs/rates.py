@@ -163,9 +163,9 @@ def pair_loop(scheme: Scheme):
                     if conducting:
                         other = body_contact.body_of(t[BODY, k])
                     if with_bodies:
-                        across = body_contact.surface(body, other)
+                        across, struck = body_contact.surface(body, other), body_contact.struck(body, other)
                         closed = min(approaches, body_contact.approach_of(t[BODY, k], other))
-                        closed = 1.0 - across * (1.0 - closed)
+                        closed = 1.0 - struck * (1.0 - closed)
                         viscous_term *= closed
                     if switched:
                         viscous_term *= 0.5 * (fraction + t[VISCOSITY_FRACTION, k])
@@ -189,8 +189,8 @@ def pair_loop(scheme: Scheme):
                     if with_bodies:
                         along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
                         along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
-                        pushed = 1.0 if along < 0.0 else 1.0 - across
-                        seen = closed if vr < 0.0 else 1.0 - across * (1.0 - parts)
+                        pushed = 1.0 - across if along > 0.0 else 1.0
+                        seen = closed if vr < 0.0 else pushed * (1.0 - struck * (1.0 - parts))
                         # what the velocity gradient below counts as work, or does not, and the force does
                         heat += (
                             (seen - pushed)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from sph.bodies import symmetry
@@ -16,7 +17,7 @@ class Environment(NamedTuple):
     periodic planes and walls, fixed rim and quiet layer (``sph.boundary``). With either, the net torque is their own
     and stays. sphere : radius of a spherical target without self-gravity [m], None for a flat one; only the history
     asks for it. symmetry : which part of the whole the cloud is (``sph.bodies.symmetry``); its mirrors are among the
-    images.
+    images. strikes_until : when the projectile is in [s] (``sph.pairs.body_contact``).
     """
 
     self_gravity: bool = True
@@ -25,6 +26,7 @@ class Environment(NamedTuple):
     edge: Edge | None = None
     sphere: float | None = None
     symmetry: str = "none"
+    strikes_until: float = math.inf
 
     @property
     def turns_freely(self) -> bool:

@@ -56,7 +56,7 @@ class Integrator:
         self.torque = net_torque.Torque()
         self.gravity = GravityField(cloud, radius, numerics.gravity_shift, environment)
         self.neighbourhood = Neighbourhood(cloud, 1.5 * radius, environment.images)
-        self.forces = PairForces(cloud, numerics, environment.images)
+        self.forces = PairForces(cloud, numerics, environment)
         if self.forces.scheme.reconstructed and len(cloud.strain_rate) == 0:
             cloud.strain_rate = np.zeros((len(cloud), 6))
         if materials.inertial and not self.forces.scheme.reconstructed:

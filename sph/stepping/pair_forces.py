@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from sph.bodies.particle_cloud import Cloud
-from sph.boundary.images import Images
 from sph.materials.rows import Materials
 from sph.materials.rows import Rows as MaterialRows
 from sph.pairs import body_contact, gradients, length_terms, start_volumes
@@ -16,6 +15,7 @@ from sph.pairs import rates as pair_rates
 from sph.pairs.row import BODY, ENERGY, SLOPE, VISCOSITY_FRACTION, VOLUME
 from sph.pairs.scheme import Rows
 from sph.stepping import state
+from sph.stepping.environment import Environment
 from sph.stepping.late import LateStageMedium
 from sph.stepping.numerics import Numerics
 
@@ -33,11 +33,12 @@ class Switches:
 class PairForces:
     """``evaluated`` : pressure, sound speed and rows of the particles; ``rates`` : their time derivatives.
 
-    ``images`` : those of periodic planes and walls, None without.
+    ``images`` : those of periodic planes and walls, None without, of the ``environment``.
     """
 
-    def __init__(self, cloud: Cloud, numerics: Numerics, images: Images | None):
-        self.numerics, self.images = numerics, images
+    def __init__(self, cloud: Cloud, numerics: Numerics, environment: Environment):
+        self.numerics, self.images = numerics, environment.images
+        self._strikes_until = environment.strikes_until
         self._projectile_apart = body_contact.resolved(
             cloud.initial_position, cloud.start_support / numerics.support, cloud.layer < 0
         )
@@ -75,7 +76,7 @@ class PairForces:
             self._fill_images(cloud, time)
         if self._gradient_scale != 1.0:
             self.evaluated.row[:, VOLUME] *= self._gradient_scale
-        self._fill_extra(cloud, materials, pairs)
+        self._fill_extra(cloud, materials, pairs, time)
         self.sum_over_pairs(cloud, rows, switches.strength, pairs, damping)
         cloud.neighbours[:] = self.rates.count
         if self.scheme.reconstructed:
@@ -120,7 +121,7 @@ class PairForces:
         if self.images is not None:
             self.images.rows(self.evaluated.row, len(cloud), time)
 
-    def _fill_extra(self, cloud: Cloud, materials: Materials, pairs) -> None:
+    def _fill_extra(self, cloud: Cloud, materials: Materials, pairs, time: float) -> None:
         """The extra rows that some schemes read, images included."""
         if not self.scheme.extra_rows:
             return
@@ -133,10 +134,11 @@ class PairForces:
             self._extra[:n, SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.conducting:
             self._extra[:n, ENERGY] = cloud.specific_energy
+            strikes = self._projectile_apart and time < self._strikes_until
             # variants of one material bear its name (``sph.bodies.rubble``)
             kind = np.array([materials.names.index(name) for name in materials.names])[cloud.material]
             body_contact.write(
-                body_contact.bodies(kind, cloud.block, self._projectile_apart & (cloud.layer < 0)),
+                body_contact.bodies(kind, cloud.block, strikes & (cloud.layer < 0)),
                 self._filled,
                 self._extra[:n, BODY],
             )

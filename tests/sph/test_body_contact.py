@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import pytest
 
@@ -19,6 +21,7 @@ def test_bodies_have_surfaces_and_layers_of_ground_and_parts_of_a_projectile_non
     surface = body_contact.surface
     apart = [(0, -1), (-1, 0), (-1, -2), (0, BALL), (BALL + 1, 1), (-1, BALL)]
     assert [surface(float(one), float(other)) for one, other in apart] == [1.0] * len(apart)
+    assert [body_contact.struck(float(one), float(other)) for one, other in apart] == [0, 0, 0, 1, 1, 1]
     whole = [(0, 1), (BALL, BALL + 1), (-1, -1), (0, 0), (BALL, BALL)]
     assert [surface(float(one), float(other)) for one, other in whole] == [0.0] * len(whole)
     material, block = np.array([0, 2, 2, 1]), np.array([-1, 0, 3, -1])
@@ -93,12 +96,20 @@ def test_a_body_in_tension_is_let_go_and_in_compression_held(other, pressure, fe
     assert pull == pytest.approx(before, rel=1e-9) if felt else abs(pull) < 1e-9 * abs(before)
 
 
-def _strained(pressure, speed, filled=1.0) -> float:
+def _strained(pressure, speed, filled=1.0, other=BALL) -> float:
     """The largest rate of the density where two halves come together (``speed`` < 0) or part as rigid bodies."""
-    cloud, half, bodies = _two_halves()
+    cloud, half, bodies = _two_halves(other)
     cloud.pressure[:] = pressure
     cloud.velocity[:, 0] = np.where(half, speed, 0.0)
     return float(np.abs(_rates(cloud, bodies, 0.0, filled).density).max())
+
+
+def test_a_gap_that_opens_at_a_block_is_no_expansion_of_it():
+    """In tension neither density changes; pressed together both grow denser, however full their neighbourhoods."""
+    all_of_it = _strained(-1e6, -1.0, other=-1)
+    assert _strained(-1e6, 1.0, other=-1) < 1e-9 * all_of_it
+    assert _strained(1e6, 1.0, other=-1) == pytest.approx(all_of_it, rel=1e-6)
+    assert _strained(1e6, -1.0, body_contact.GAP, other=-1) == pytest.approx(all_of_it, rel=1e-6)
 
 
 def test_an_approach_compresses_as_far_as_the_gap_has_closed():
@@ -124,6 +135,13 @@ def test_plates_across_a_gap_end_as_near_to_one_another_as_plates_that_touch(spe
     assert met.plateau == pytest.approx(1.0, abs=0.02)
     assert abs(met.excess) < 0.15
     assert abs(met.energy_error) < 3e-3
+
+
+def test_what_is_left_of_a_projectile_that_is_in_is_matter_of_the_ground():
+    """Once it could have covered two of its diameters its pairs are as any others."""
+    assert body_contact.ends(2.0, 100.0, 1.0) == pytest.approx((1.0 + body_contact.LASTS * 2.0) / 100.0)
+    once, long = (contact.plates("aluminum", 500.0, 4.0, strikes_until=until) for until in (0.0, math.inf))
+    assert once.pressure[0] > 1.5 > long.pressure[0]
 
 
 def test_a_strong_shock_reaches_the_planar_limit_at_the_contact_and_not_more():
