@@ -8,12 +8,12 @@ Matter on its own side bears what its material bears. The gap that opens where s
 either: their velocity gradients see the partner move along. Otherwise a block in ground that flies apart would be
 stretched, and drawn together, by what it does not touch.
 
-**The projectile, while it goes in.** A kernel feels the other body across the gap before the two touch. Counted as any
-other pair, that approach compresses both by the half of the neighbourhood that a surface lacks: plates of aluminium
-that come together at 5 km/s end with 1.6 times the pressure of the planar limit in the layers at the contact and 0.3
-spacings too far apart, at 500 m/s with twice the limit and 0.6. So there is no tension either, and
+**The projectile.** A kernel feels the other body across the gap before the two touch. Counted as any other pair, that
+approach compresses both by the half of the neighbourhood that a surface lacks: plates of aluminium that come together
+at 5 km/s end with 1.6 times the pressure of the planar limit in the layers at the contact and 0.3 spacings too far
+apart, at 500 m/s with twice the limit and 0.6. So there is no tension either, and
 
-* the approach compresses as far as the gap has closed. The neighbourhood is full to
+* the approach compresses as far as the gap has closed, while the projectile goes in. The neighbourhood is full to
 
       f_i = -(1 / 3 eta_i) sum_j V0_j r_ij dW/dr (r_ij, h_ij) / (the same sum in a lattice),
 
@@ -22,10 +22,11 @@ spacings too far apart, at 500 m/s with twice the limit and 0.6. So there is no 
 * parting expands what is compressed (P_i > 0), and no further than what surrounds it fills: beyond f_i = ``CROWDED``
   the density would fall below what the positions say.
 
-Once the projectile is in, it is matter of the ground (``ends``): in loosened ground no neighbourhood is full, and what
-is left of it would go through unseen. So is a projectile of fewer than ``RESOLVED`` spacings to its radius, which
-fills no neighbourhood. (As a body of its own, copper of a third of a spacing flew into Ryugu's ground: a hole of 43.7
-m^3 for 34.1. Against a grid code, ``studies/porous_impact.py``, balls of two spacings do better so, of one worse.)
+Once the projectile is in (``ends``), every approach counts: in loosened ground no neighbourhood is full, and what is
+left of it would go through unseen. A projectile of fewer than ``RESOLVED`` spacings to its radius fills no
+neighbourhood: it is matter of the ground. (As a body of its own, copper of a third of a spacing flew into Ryugu's
+ground: a hole of 43.7 m^3 for 34.1. Against a grid code, ``studies/porous_impact.py``, balls of two spacings do better
+as bodies of their own, of one worse.)
 
 What the force does and the velocity gradient does not see, or the other way round, is heat, so that momentum and total
 energy are kept as of any pair.

@@ -134,12 +134,11 @@ class PairForces:
             self._extra[:n, SLOPE : SLOPE + 6] = cloud.strain_rate
         if self.scheme.conducting:
             self._extra[:n, ENERGY] = cloud.specific_energy
-            strikes = self._projectile_apart and time < self._strikes_until
             # variants of one material bear its name (``sph.bodies.rubble``)
             kind = np.array([materials.names.index(name) for name in materials.names])[cloud.material]
             body_contact.write(
-                body_contact.bodies(kind, cloud.block, strikes & (cloud.layer < 0)),
-                self._filled,
+                body_contact.bodies(kind, cloud.block, self._projectile_apart & (cloud.layer < 0)),
+                self._filled if time < self._strikes_until else np.ones(n),
                 self._extra[:n, BODY],
             )
         if self.scheme.corrected:

@@ -137,8 +137,8 @@ def test_plates_across_a_gap_end_as_near_to_one_another_as_plates_that_touch(spe
     assert abs(met.energy_error) < 3e-3
 
 
-def test_what_is_left_of_a_projectile_that_is_in_is_matter_of_the_ground():
-    """Once it could have covered two of its diameters its pairs are as any others."""
+def test_every_approach_counts_once_the_projectile_is_in():
+    """Once it could have covered two of its diameters."""
     assert body_contact.ends(2.0, 100.0, 1.0) == pytest.approx((1.0 + body_contact.LASTS * 2.0) / 100.0)
     once, long = (contact.plates("aluminum", 500.0, 4.0, strikes_until=until) for until in (0.0, math.inf))
     assert once.pressure[0] > 1.5 > long.pressure[0]
