@@ -60,8 +60,8 @@ _SCALE = 2.0  # of the approach_fraction in the fraction of a code, which stays 
 @law
 def surface(one, other):
     """1 between two bodies, else 0; ``one`` and ``other`` whose the partners are."""
-    apart = one != other and (min(one, other) < 0.0 or (one >= PROJECTILE) != (other >= PROJECTILE))
-    return 1.0 if apart else 0.0
+    different = one != other and (min(one, other) < 0.0 or (one >= PROJECTILE) != (other >= PROJECTILE))
+    return 1.0 if different else 0.0
 
 
 @law
