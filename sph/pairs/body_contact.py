@@ -22,14 +22,14 @@ apart, at 500 m/s with twice the limit and 0.6. So there is no tension either, a
 * parting expands what is compressed (P_i > 0), and no further than what surrounds it fills: beyond f_i = ``CROWDED``
   the density would fall below what the positions say.
 
-Once the projectile is in (``ends``), every approach counts: in loosened ground no neighbourhood is full, and what is
-left of it would go through unseen. A projectile of fewer than ``RESOLVED`` spacings to its radius fills no
-neighbourhood: it is matter of the ground. (As a body of its own, copper of a third of a spacing flew into Ryugu's
+Once the projectile is in (``ends``), every approach counts: in loosened ground no neighbourhood is full, and remains
+of the projectile would pass through it unbraked. A projectile of fewer than ``RESOLVED`` spacings to its radius
+fills no neighbourhood: it counts as ground. (As a body of its own, copper of a third of a spacing flew into Ryugu's
 ground: a hole of 43.7 m^3 for 34.1. Against a grid code, ``studies/porous_impact.py``, balls of two spacings do better
 as bodies of their own, of one worse.)
 
-What the force does and the velocity gradient does not see, or the other way round, is heat, so that momentum and total
-energy are kept as of any pair.
+Where force and velocity gradient count a different part of a pair, the difference of their work is heat: momentum and
+total energy are kept as in any pair.
 
 Each particle says whose it is: the number of its material in the ground, ``PROJECTILE`` more in the projectile, -1 - b
 in block b. Layers of the ground, and parts of a projectile, have no surface between them. Heat (``conductivity``)
@@ -81,6 +81,20 @@ def approach_fraction(filled):
 def parting_fraction(filled, pressure):
     """The fraction of a parting that expands at this ``pressure`` [Pa], by how full the neighbourhood is."""
     return min(max((OVERFULL - filled) / (OVERFULL - CROWDED), 0.0), 1.0) if pressure > 0.0 else 0.0
+
+
+@law
+def pressed(across, along):
+    """What of the stress a pair passes on: none in tension ``across`` a surface; ``along`` r . (sigma_i + sigma_j) . r
+    [Pa m^2]."""
+    return 1.0 - across if along > 0.0 else 1.0
+
+
+@law
+def strained(approaching, closed, parting, passed):
+    """What of a pair's velocity the gradient of particle i sees: as far as its gap has ``closed`` where it is
+    ``approaching``, else the fraction ``parting`` of what is pressed."""
+    return closed if approaching else passed * parting
 
 
 @law

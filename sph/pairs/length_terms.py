@@ -16,8 +16,8 @@ kept within ``LEAST`` and ``MOST``.
 
 h dW/dh = -3 W - r dW/dr for a kernel of three dimensions; the particle itself, r = 0, belongs to the sum.
 
-On the way the loop finds how full each neighbourhood is, -(1 / 3 eta_i) sum_j V0_j r dW/dr over what a lattice has:
-what a contact between two bodies goes by (``sph.pairs.body_contact``).
+The loop also sums how full each neighbourhood is, -(1 / 3 eta_i) sum_j V0_j r dW/dr over the same sum in a lattice;
+the contact of two bodies depends on it (``sph.pairs.body_contact``).
 """
 
 from __future__ import annotations

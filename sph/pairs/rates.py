@@ -189,11 +189,11 @@ def pair_loop(scheme: Scheme):
                     if with_bodies:
                         along = sxx * dx * dx + syy * dy * dy + szz * dz * dz
                         along += 2.0 * (sxy * dx * dy + sxz * dx * dz + syz * dy * dz)
-                        pushed = 1.0 - across if along > 0.0 else 1.0
-                        seen = closed if vr < 0.0 else pushed * (1.0 - struck * (1.0 - parts))
-                        # what the velocity gradient below counts as work, or does not, and the force does
+                        passed = body_contact.pressed(across, along)
+                        seen = body_contact.strained(vr < 0.0, closed, 1.0 - struck * (1.0 - parts), passed)
+                        # where force and velocity gradient count a different part, the work between them is heat
                         heat += (
-                            (seen - pushed)
+                            (seen - passed)
                             * w
                             * (
                                 ux * (txx * gx + txy * gy + txz * gz)
@@ -201,7 +201,7 @@ def pair_loop(scheme: Scheme):
                                 + uz * (txz * gx + tyz * gy + tzz * gz)
                             )
                         )
-                        w *= pushed
+                        w *= passed
                         ux, uy, uz = seen * ux, seen * uy, seen * uz
                     if not corrected:
                         ax += w * (sxx * gx + sxy * gy + sxz * gz) - viscous_term * gx

@@ -63,22 +63,37 @@ def test_it_is_kept_without_outputs_and_small(name):
     assert sorted(path.stem for path in FOLDER.glob("*.ipynb")) == sorted(NAMES)
 
 
-@pytest.mark.notebook
-def test_first_crater(asked):
-    """The cavity goes on growing in the grains, and ends as deep as the case's own within its error; energy is kept;
-    mass and momentum close; the laws for this impact lie around the final diameter of so coarse a run."""
-    (deep, wide), (depth, width), drift, verdicts, laws = asked(
+@pytest.fixture(scope="module")
+def first_crater(asked):
+    """Depth and diameter of both craters, drift of the energy, verdicts of the ledger, diameters by the laws."""
+    return asked(
         "first_crater",
         f"({both('run', 'transient')}, {both('run', 'final')}, float(drift.abs().max()), "
         "ledger['verdict'].to_dict(), list(laws['diameter_m']))",
     )
+
+
+@pytest.mark.notebook
+def test_first_crater(first_crater):
+    """The cavity goes on growing in the grains and ends as deep as the case's own within its error; energy is kept;
+    mass and momentum close; the laws for this impact lie around the final diameter of so coarse a run."""
+    (deep, wide), (depth, width), drift, verdicts, laws = first_crater
     expected = tomllib.loads((ROOT / "cases" / "first_crater" / "expected.toml").read_text())["case"]["final"]
     known, *errors = (float(length.removesuffix(" m")) for length in expected["depth_m"].values())
-    assert (
-        abs(depth - known) < math.hypot(*errors) and 10.0 < deep < 30.0 and 35.0 < wide < 0.8 * width and width < 120.0
-    )
+    assert abs(depth - known) < math.hypot(*errors)
+    assert 10.0 < deep < 30.0 and 35.0 < wide < 0.8 * width and width < 120.0
     assert drift < 0.01 and len(laws) > 1 and all(0.5 < law / width < 1.5 for law in laws)
     assert verdicts["mass_total_rel"] == verdicts["momentum_linear_rel_after"] == "pass"
+
+
+@pytest.mark.notebook
+@pytest.mark.xfail(
+    reason="26.1 +- 0.8 m in four draws since a gap is no matter, 24.6 +- 0.9 m before; the case itself has 26.2 m",
+    strict=False,  # a draw of grains may lie below: other machines round otherwise
+)
+def test_first_crater_is_no_deeper_than_it_was_thought_to_be(first_crater):
+    (_, _), (depth, _), *_ = first_crater
+    assert 8.0 < depth < 25.0
 
 
 @pytest.mark.validation

@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from fixtures import columns, contact
+from fixtures import contact
 from matter.points import packing
 from sph.pairs import body_contact, rates, scheme
 from sph.pairs.row import BODY, ENERGY, SLOPE
@@ -148,4 +148,4 @@ def test_a_strong_shock_reaches_the_planar_limit_at_the_contact_and_not_more():
     """A ball of 7 spacings a radius: with pairs as any other, 3.9 % of its mass went above 1.05 of the limit."""
     hit = contact.ball("aluminum", 5000.0, 7.0)
     assert hit.overshot < 0.005 and hit.overshot_ground < 0.005
-    assert columns.SUPPORT == pytest.approx(2.6)
+    assert hit.core == pytest.approx(0.653, rel=0.1)  # of a grid code, docs/results/isobaric_core; 0.484

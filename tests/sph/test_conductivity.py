@@ -23,12 +23,12 @@ def test_it_falls_with_the_cube_below_the_speed_of_sound(mu):
     assert got == pytest.approx(-mu / (1.0 + (0.3 * c / mu) ** 2) if mu < -1e-9 else 0.0, rel=1e-9, abs=1e-12)
 
 
-def exchanged(kinds, warmth, k=8.0):
+def exchanged(kinds, energy, k=8.0):
     """The cloud, and what its energies change by for a conductivity of ``k``."""
     c, found = _Cloud(1000), []
     second = np.zeros((1000, 8))
     second[:, SLOPE : SLOPE + 6] = np.random.default_rng(5).normal(size=(1000, 6)) * 0.1
-    second[:, BODY], second[:, ENERGY] = kinds, warmth
+    second[:, BODY], second[:, ENERGY] = kinds, energy
     for coefficient in (k, 0.0):
         out = rates.Rates(1000, strain_rate=True)
         chosen = scheme.Scheme(reconstructed=True)
