@@ -124,9 +124,11 @@ def test_the_pages_for_a_newcomer_give_one_set_of_numbers():
     assert all(f"A crater of {float(made):.0f} m" in read(page) for page in ("README.md", "docs/site/index.md"))
     spread = re.search(r"diameter and depth stay within ([\d.]+) and ([\d.]+) m", result).groups()
     assert "within {} m of D and {} m of the depth".format(*spread) in read("cases/first_crater/README.md")
-    quick = tomllib.loads(read("cases/valhalla_980km/expected.toml"))["quick"]["final"]["diameter_apparent_m"]["value"]
-    size = float(quick.removesuffix(" km"))
+    quick = tomllib.loads(read("cases/valhalla_980km/expected.toml"))["quick"]
+    size = float(quick["transient"]["diameter_apparent_m"]["value"].removesuffix(" km"))
+    depth = float(quick["final"]["depth_m"]["value"].removesuffix(" km"))
     assert f"{size:.0f} +- " in read("README.md") and f"some {round(size, -2):.0f} km on Callisto" in first
+    assert f"settled depth of {depth:.0f} +- " in read("README.md")
 
 
 def read(name: str) -> str:
