@@ -22,7 +22,7 @@ apart, at 500 m/s with twice the limit and 0.6. So there is no tension either, a
 * parting expands what is compressed (P_i > 0), and no further than what surrounds it fills: beyond f_i = ``CROWDED``
   the density would fall below what the positions say.
 
-Once the projectile is in (``ends``), every approach counts: in loosened ground no neighbourhood is full, and remains
+Once the projectile is in (``ends``), every approach counts: no neighbourhood is full in loosened ground, so the rest
 of the projectile would pass through it unbraked. A projectile of fewer than ``RESOLVED`` spacings to its radius
 fills no neighbourhood: it counts as ground. (As a body of its own, copper of a third of a spacing flew into Ryugu's
 ground: a hole of 43.7 m^3 for 34.1. Against a grid code, ``studies/porous_impact.py``, balls of two spacings do better
