@@ -38,6 +38,9 @@ DISRUPTS = 0.1
 """Share of the energy that breaks a body in two, from which on its fragments are what a run is about."""
 NEAR = 1.3
 """Least distance of the quiet layer over the expected crater's radius."""
+ROUGH = 1.5
+"""Spacings from the edge of flat ground within which its surface is rounded off: a bowl as wide as Ryugu's ground was
+carved 0.4 m too deep there; two spacings away nothing was seen (``docs/results/sci_ryugu``, D6)."""
 
 
 def judged(
@@ -61,6 +64,7 @@ def judged(
         *_without_strength(sph),
         *_coarse(sph),
         *_sinking(sph),
+        *_at_the_edge(settings, sph, outside),
         *_regime(settings, sph, stages),
         *_cohesion_once(settings, sph),
         *experimental.used(settings),
@@ -290,6 +294,22 @@ def _sinking(sph: Any) -> Iterator[str]:
             f'ground with start = "literal" carries no weight and sinks into its {" and ".join(_layers(sph))} layer, '
             f"here by up to {readable.length(way)} (g L / c times the time at each late sound speed); "
             f'[target] start = "relaxed" rests on it'
+        )
+
+
+def _at_the_edge(settings: Mapping[str, Model], sph: Any, outside: Mapping[str, Path]) -> Iterator[str]:
+    """A bed that reaches the edge of flat ground, where particles lack neighbours and round off its surface."""
+    bed: Any = settings.get("bed")
+    if bed is None or "bed" in outside or not sph.target.flat:
+        return
+    target, wide = sph.target, bed.arc_radius
+    edge = target.radius if target.shape == "half_sphere" else target.half_width
+    room = edge - ROUGH * float(sph.zones.spacing(np.array([edge]))[0])
+    if wide > room:
+        yield (
+            f"[bed] arc_radius = {readable.length(wide)} reaches the edge of the ground, {readable.length(edge)} from "
+            f"the impact, where the surface to carve is rounded off: take {readable.length(room)} or less, or make "
+            "the ground wider"
         )
 
 
