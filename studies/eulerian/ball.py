@@ -41,7 +41,9 @@ def filled(r: np.ndarray, z: np.ndarray, h: float, radius: float) -> np.ndarray:
     return inside / whole
 
 
-def set_up(materials: Materials, speed: float, radius: float, cells: int, reach: float, above: float) -> Flow:
+def set_up(
+    materials: Materials, speed: float, radius: float, cells: int, reach: float, above: float, friction: bool = False
+) -> Flow:
     """The moment of contact, in cells of ``radius / cells``: from ``reach`` radii below the surface to ``above``
     radii above it, ``max(0.75 reach, 1.1)`` wide; what of the ball lies higher flows in."""
     h = radius / cells
@@ -50,7 +52,7 @@ def set_up(materials: Materials, speed: float, radius: float, cells: int, reach:
     ball = filled(r, z, h, radius)
     fraction = ball + (z < 0.0)
     rho0 = float(materials.bulk_density[0])
-    conserved = np.zeros((wide, low + high, 5))
+    conserved = np.zeros((wide, low + high, godunov.SHEARED + 3 * friction))
     conserved[:, :, godunov.MASS] = rho0 * fraction
     conserved[:, :, godunov.ALONG_Z] = -rho0 * speed * ball
     conserved[:, :, godunov.ENERGY] = 0.5 * rho0 * speed**2 * ball

@@ -9,8 +9,8 @@ velocities, pressure and specific energy by limited slopes (van Leer 1974), move
 takes the flux between the two states at each face from the solver of Harten, Lax and van Leer with a contact (HLLC:
 Toro, Spruce & Speares 1994, Shock Waves 4, 25). Pressure and energy are both reconstructed, so faces need no equation
 of state and a contact stays at one pressure. Pores move with the matter: rho alpha is conserved but for what closes.
-Empty cells have density zero. The code shares nothing with the particles of the shock stage but the scalar laws of
-the material.
+Empty cells have density zero. Friction is ``friction``'s. The code shares nothing with the particles of the shock stage
+but the scalar laws of the material.
 """
 
 from __future__ import annotations
@@ -22,35 +22,41 @@ import numpy as np
 from matter.compilation.jit import kernel, law
 from sph.eos import dispatch
 from sph.porosity import dispatch as porosity
+from sph.strength import dispatch as strengths
 
-MASS, ACROSS_R, ALONG_Z, ENERGY, DISTENDED = range(5)
-"""Columns of what is conserved, a cubic metre: mass, both momenta, energy, rho alpha."""
-RHO, VR, VZ, P, U, C, ALPHA = range(7)
-"""Columns of the state: density, velocities, pressure, specific energy, sound speed, distention."""
+MASS, ACROSS_R, ALONG_Z, ENERGY, DISTENDED, SHEARED = range(6)
+"""Columns of what is conserved, a cubic metre: mass, both momenta, energy, rho alpha; where matter has friction rho
+times the deviator's rr, zz, rz as well."""
+RHO, VR, VZ, P, U, C, ALPHA, CLOSING, OPENING, LIMIT = range(10)
+"""Columns of the state: density, velocities, pressure, specific energy, sound speed, distention; of matter with
+friction the shear modulus while it is compressed and while it expands, and the largest sqrt(3 J2)."""
+CARRIED = 6
+"""First column of a line with what matter takes along: distention and deviator."""
 REFLECTING, OPEN = 0, 1
 
 
 @kernel
 def states(conserved, state, material, empty):
-    """Fills ``state`` (nr, nz, 7) from what is conserved (nr, nz, 5), closes pores; returns the fastest signal [m/s].
-    ``material``: kind and row of the equation of state, of the pores, of their crush curve.
+    """Fills ``state`` (nr, nz, 10) from what is conserved (nr, nz, 5 or 8), closes pores; returns the fastest signal
+    [m/s]. ``material``: kind and row of the equation of state, of the pores, of their crush curve, of the yield law,
+    and the shear modulus [Pa], 0 without friction.
 
     A cell of no more than the density ``empty`` [kg/m^3] counts as empty: what it holds stays, until more comes.
     """
     fastest = 0.0
-    kind, row, pores, pores_row, crush, crush_row = material
+    kind, row, pores, pores_row, crush, crush_row, strength, strength_row, shear = material
     for i in range(conserved.shape[0]):
         for k in range(conserved.shape[1]):
             rho = conserved[i, k, MASS]
             if rho <= empty:
-                for column in range(7):
+                for column in range(10):
                     state[i, k, column] = 0.0
                 continue
             vr, vz = conserved[i, k, ACROSS_R] / rho, conserved[i, k, ALONG_Z] / rho
             u = max(conserved[i, k, ENERGY] / rho - 0.5 * (vr * vr + vz * vz), 0.0)
-            alpha, slow = max(conserved[i, k, DISTENDED] / rho, 1.0), 1.0
+            alpha, slow, loading, unloading = max(conserved[i, k, DISTENDED] / rho, 1.0), 1.0, 1.0, 1.0
             if pores > 0:
-                alpha, rest, _, _, slow = porosity.compact(
+                alpha, rest, loading, unloading, slow = porosity.compact(
                     pores, pores_row, crush, crush_row, kind, row, rho, u, alpha, True
                 )
                 conserved[i, k, DISTENDED] = rho * rest
@@ -58,6 +64,12 @@ def states(conserved, state, material, empty):
             pressure /= alpha
             d_u /= alpha
             c = slow * math.sqrt(max(d_rho + max(pressure, 0.0) / (rho * rho) * d_u, 0.0))
+            if shear > 0.0 and pressure > 0.0:
+                state[i, k, CLOSING], state[i, k, OPENING] = shear * loading / alpha, shear * unloading / alpha
+                state[i, k, LIMIT] = strengths.yield_stress(strength, strength_row, alpha * pressure, u, 1.0) / alpha
+                c = math.sqrt(c * c + 4.0 / 3.0 * state[i, k, OPENING] / rho)
+            else:
+                state[i, k, CLOSING] = state[i, k, OPENING] = state[i, k, LIMIT] = 0.0
             state[i, k, RHO], state[i, k, VR], state[i, k, VZ] = rho, vr, vz
             state[i, k, P], state[i, k, U], state[i, k, C] = max(pressure, 0.0), u, c
             state[i, k, ALPHA] = conserved[i, k, DISTENDED] / rho
@@ -115,7 +127,7 @@ def bound(line, n, ends):
                 inside = 3 - g if end == 0 else n + g
             else:
                 inside = 2 if end == 0 else n + 1
-            for column in range(7):
+            for column in range(line.shape[1]):
                 line[ghost, column] = line[inside, column]
             if ends[end] == REFLECTING:
                 line[ghost, 1] = -line[inside, 1]
@@ -152,12 +164,13 @@ def reconstruct(line, n, area, volume, dt, low, high, middle):
 
 
 @law
-def upwind(line, left, rightwards):
-    """The distention that matter takes along through the face between the cells ``left`` and ``left`` + 1."""
+def upwind(line, column, left, rightwards):
+    """What matter takes along of a ``column`` through the face between the cells ``left`` and ``left`` + 1."""
     i, side = (left, 0.5) if rightwards else (left + 1, -0.5)
+    here = line[i, column]
     if i == 0 or i == len(line) - 1 or line[i - 1, 0] <= 0.0 or line[i + 1, 0] <= 0.0:
-        return line[i, 6]
-    return line[i, 6] + side * limited(line[i, 6] - line[i - 1, 6], line[i + 1, 6] - line[i, 6])
+        return here
+    return here + side * limited(here - line[i - 1, column], line[i + 1, column] - here)
 
 
 @kernel
@@ -167,15 +180,24 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
     n, lines = conserved.shape[axis], conserved.shape[1 - axis]
     across, along = (VR, VZ) if axis == 0 else (VZ, VR)
     normal, other = (ACROSS_R, ALONG_Z) if axis == 0 else (ALONG_Z, ACROSS_R)
-    line = np.empty((n + 4, 7))
+    columns = conserved.shape[2]
+    line = np.empty((n + 4, CARRIED + columns - DISTENDED))
     low, high = np.empty((n + 4, 5)), np.empty((n + 4, 5))
-    through = np.empty((n + 1, 5))
+    through = np.empty((n + 1, columns))
     middle = np.empty(n + 4)
     for j in range(lines):
         for i in range(n):
             cell = state[i, j] if axis == 0 else state[j, i]
             line[i + 2, 0], line[i + 2, 1], line[i + 2, 2] = cell[RHO], cell[across], cell[along]
-            line[i + 2, 3], line[i + 2, 4], line[i + 2, 5], line[i + 2, 6] = cell[P], cell[U], cell[C], cell[ALPHA]
+            line[i + 2, 3], line[i + 2, 4], line[i + 2, 5], line[i + 2, CARRIED] = (
+                cell[P],
+                cell[U],
+                cell[C],
+                cell[ALPHA],
+            )
+            moved = conserved[i, j] if axis == 0 else conserved[j, i]
+            for column in range(SHEARED, columns):
+                line[i + 2, CARRIED + column - DISTENDED] = moved[column] / cell[RHO] if cell[RHO] > 0.0 else 0.0
         bound(line, n, ends)
         reconstruct(line, n, area, volume, dt, low, high, middle)
         for f in range(n + 1):
@@ -183,7 +205,9 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
             through[f, 0], through[f, 1], through[f, 2], through[f, 3] = flux(
                 a[0], a[1], a[2], a[3], a[4], line[f + 1, 5], b[0], b[1], b[2], b[3], b[4], line[f + 2, 5]
             )
-            through[f, 4] = through[f, 0] * upwind(line, f + 1, through[f, 0] > 0.0)
+            for column in range(DISTENDED, columns):
+                carried = upwind(line, CARRIED + column - DISTENDED, f + 1, through[f, 0] > 0.0)
+                through[f, column] = through[f, 0] * carried
         for i in range(n):
             cell = conserved[i, j] if axis == 0 else conserved[j, i]
             scale, left, right = dt / volume[i], area[i], area[i + 1]
@@ -191,4 +215,5 @@ def sweep(conserved, state, axis, area, volume, dt, ends):
             cell[normal] -= scale * (right * through[i + 1, 1] - left * through[i, 1] - (right - left) * middle[i + 2])
             cell[other] -= scale * (right * through[i + 1, 2] - left * through[i, 2])
             cell[ENERGY] -= scale * (right * through[i + 1, 3] - left * through[i, 3])
-            cell[DISTENDED] -= scale * (right * through[i + 1, 4] - left * through[i, 4])
+            for column in range(DISTENDED, columns):
+                cell[column] -= scale * (right * through[i + 1, column] - left * through[i, column])
