@@ -9,7 +9,7 @@ velocities, pressure and specific energy by limited slopes (van Leer 1974), move
 takes the flux between the two states at each face from the solver of Harten, Lax and van Leer with a contact (HLLC:
 Toro, Spruce & Speares 1994, Shock Waves 4, 25). Pressure and energy are both reconstructed, so faces need no equation
 of state and a contact stays at one pressure. Pores move with the matter: rho alpha is conserved but for what closes.
-Empty cells have density zero. Friction is ``friction``'s. The code shares nothing with the particles of the shock stage
+Empty cells have density zero. Friction: ``friction``. The code shares nothing with the particles of the shock stage
 but the scalar laws of the material.
 """
 
