@@ -8,6 +8,7 @@ Members, the most telling first; stages that agree are made once, whoever wants 
                                   far)
 ``alpha_x0.67``, ``alpha_x1.5``   the surface handed over by a smaller and a larger alpha
 ``coarser``, ``coarsest``         half and a quarter of the particles and grains
+``contact_x2``                    twice the spacing at the contact, where that is at most half of what is around it
 ``draw_2`` to ``draw_4``          other seeds: of the grains in every draw, of the shock stage in every second one
 
 The first two pairs share shock stage and bed, and the draws share shock stages. The reference comes first, since the
@@ -35,10 +36,20 @@ from pipeline.store import folder
 from pipeline.sweeps import ensemble, error_page, sweep_run
 from pipeline.sweeps.sweep import Member, Number, Sweep
 from pipeline.uncertainty import chain_error
-from pipeline.uncertainty.chain_error import ALPHAS, DRAWS_PER_SHOCK, EARLIER_LATER, REFERENCE, RUNGS, Row
+from pipeline.uncertainty.chain_error import (
+    ALPHAS,
+    CONTACT,
+    DRAWS_PER_SHOCK,
+    EARLIER_LATER,
+    REFERENCE,
+    RUNGS,
+    Row,
+)
 from pipeline.uncertainty.ladder import RATIO
 
 DRAWS = 4
+FINER = 2.0
+"""Spacing at the contact of ``CONTACT`` over that of the reference."""
 FILE, PAGE = "errors.json", "errors.html"
 
 
@@ -102,7 +113,8 @@ class ErrorStudy:
         ]
 
     def _rungs(self) -> list[Member]:
-        """Fewer particles and grains, step by step, as far as there is something left to resolve."""
+        """Fewer particles and grains, step by step, as far as there is something left to resolve; then fewer at the
+        contact alone, whose spacing decides the width of a crater in ground with friction."""
         if "sph" not in self.settings or "sph" in self.case.outside:
             return []
         sph, bed = self.settings["sph"], self.settings.get("bed")
@@ -116,6 +128,8 @@ class ErrorStudy:
             if bed is not None and "bed" not in self.case.outside:
                 values["bed.count"] = round(bed.count / 2**step)
             members.append(Member(name, values))
+        if sph.contact_refinement >= FINER:
+            members.append(Member(CONTACT, {"sph.contact_refinement": sph.contact_refinement / FINER}))
         return members
 
     def _draws(self) -> list[Member]:

@@ -11,7 +11,9 @@ stage each:
         differ (``azimuth``, root mean square over the draws), is redrawn with them
     handoff^2 = max(0, (half the range over the times x0.5, 1, x2)^2 - 0.913 MS_within)
     alpha^2   = the same over alpha x0.67, 1, x1.5
-    size^2    = the distance to a vanishing spacing, by a ladder of two coarser runs (``ladder``)
+    size      = the distance to a vanishing spacing, by a ladder of two coarser runs (``ladder``); or that by one run
+                with twice the spacing at the contact alone, |y(2 h) - y(h)| for an error of first order, less 2
+                scatter^2 in the square: the larger of both, since the ladder changes that spacing too, by little
     chain^2   = draws^2 + handoff^2 + alpha^2 + size^2
 
 What is subtracted from the others is what the scatter of draws alone would show on average (half the range of three
@@ -39,13 +41,15 @@ REFERENCE = "reference"
 EARLIER_LATER = ("handoff_x0.5", "handoff_x2")
 ALPHAS = ("alpha_x0.67", "alpha_x1.5")
 RUNGS = ("coarser", "coarsest")
+CONTACT = "contact_x2"
 """Names of the members, beside the draws'."""
 
 
 @dataclass(frozen=True)
 class Row:
     """One measure of one crater: values of the draws with their shock stages, mean and mean measuring error, the parts
-    of the chain error (None: not measured), and the ladder of resolutions behind ``size``."""
+    of the chain error (None: not measured), and what is behind ``size``: the ladder of resolutions and what the
+    spacing at the ``contact`` changes."""
 
     crater: str
     measure: str
@@ -56,11 +60,13 @@ class Row:
     handoff: float | None
     alpha: float | None
     ladder: Ladder | None
+    contact: float | None = None
 
     @property
     def size(self) -> float | None:
         """How far the run is from a vanishing spacing."""
-        return None if self.ladder is None else self.ladder.size
+        ladder = None if self.ladder is None else self.ladder.size
+        return max((error for error in (ladder, self.contact) if error is not None), default=None)
 
     @property
     def parts(self) -> dict[str, float]:
@@ -117,12 +123,15 @@ def row(crater: str, name: str, measured: Mapping[str, Any], draws: Mapping[str,
         if (found := value(member)) is None:
             break
         rungs.append(found)
+    coarse = value(CONTACT)
+    contact = None if coarse is None else math.sqrt(max(0.0, (coarse - origin) ** 2 - 2.0 * total))
     entries = [measured[member][crater][name] for member in mine]
     return Row(
         crater, name, tuple(mine.values()), float(np.mean(list(mine.values()))),
         _measuring(entries),
         draws=_beyond_reading(total, entries) if len(mine) > 1 else None,
         handoff=spread(EARLIER_LATER), alpha=spread(ALPHAS), ladder=ladder.climb(rungs, math.sqrt(total)),
+        contact=contact,
     )  # fmt: skip
 
 

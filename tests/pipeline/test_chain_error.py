@@ -76,6 +76,12 @@ def test_a_row_from_known_members():
     assert chain_error.row("final", "depth_m", wide, draws).alpha == pytest.approx(
         math.sqrt(15.0**2 - chain_error.HALF_RANGE_OF_THREE * 18.0)
     )
+    # twice the spacing at the contact: what is beyond the scatter of a difference, where it is more than the ladder's
+    fine = found | {"contact_x2": measured(116.0)}
+    assert chain_error.row("final", "depth_m", fine, draws).size == pytest.approx(math.sqrt(16.0**2 - 36.0))
+    assert chain_error.row("final", "depth_m", fine | {"contact_x2": measured(101.0)}, draws).size == row.size
+    del fine["coarser"]
+    assert chain_error.row("final", "depth_m", fine, draws).size == pytest.approx(math.sqrt(16.0**2 - 36.0))
     # what is within the scatter of the draws is no further error, what is missing is not measured
     quiet = found | {"handoff_x0.5": measured(99.0), "handoff_x2": measured(101.0), "coarser": measured(102.0)}
     assert (
@@ -138,6 +144,15 @@ def record(study, **facts):
     folder = stages.folder(study.run, "handoff")
     folder.mkdir(parents=True, exist_ok=True)
     archive.write_json(folder / "handoff.json", facts)
+
+
+def test_a_case_that_refines_the_contact_has_a_run_with_twice_the_spacing_there(tmp_path):
+    requests = ErrorStudy(cases.read(ROOT / "cases" / "first_crater"), tmp_path).whole().requests
+    mine, coarse = (compose(requests[name].case)["sph"] for name in (REFERENCE, "contact_x2"))
+    assert coarse.zones.contact == 2.0 * mine.zones.contact
+    assert (coarse.spacing_at_impact, coarse.contact_radius) == (mine.spacing_at_impact, mine.contact_radius)
+    whole = ErrorStudy(cases.read(ROOT / "cases" / "sci_ryugu", "quick"), tmp_path).whole()
+    assert "contact_x2" not in whole.requests
 
 
 def test_a_longer_shock_stage_keeps_the_late_stage_that_follows_from_the_case(tmp_path):
