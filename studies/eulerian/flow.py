@@ -72,7 +72,7 @@ class Flow:
             if self._sheared:
                 self.state[:, :, godunov.CLOSING] = soft
                 friction.strain(self.conserved, self.state, self.h, dt)
-                friction.push(self.conserved, self.state, self.h, dt)
+                friction.accelerate(self.conserved, self.state, self.h, dt)
                 self.fastest = self._states()
             tracers.carry(self.position, self.peak, self.state, self.bottom, self.h, dt)
             self.time += dt

@@ -77,7 +77,7 @@ def through(conserved, state, i, k, ni, nk, normal):
 
 
 @kernel
-def push(conserved, state, h, dt):
+def accelerate(conserved, state, h, dt):
     """Momentum and energy after the deviators have acted for ``dt`` [s]."""
     nr, nz = state.shape[0], state.shape[1]
     for i in range(nr):
